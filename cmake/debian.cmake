@@ -51,6 +51,9 @@ debian_package(service shaded net "pictures of JSON scenes over HTTP and on the 
 debian_package(formats shaded-openimageio graphics "TIFF, OpenEXR and Radiance HDR for shaded"
   "With this module the programs and the library of shaded also write TIFF,\nOpenEXR and Radiance HDR, by way of OpenImageIO."
   openimageio)
+debian_package(models shaded-import graphics "models of other programs for shaded"
+  "With this module `shade import` makes scenes of OBJ, glTF, PLY and STL files, by\nway of assimp."
+  import)
 debian_package(library ${soname} libs "pictures of JSON scenes: the library"
   "A scene document goes in, and shaded and color-converted pictures come out,\nas the daemon shaded makes them."
   library)
@@ -63,10 +66,12 @@ set(CPACK_DEBIAN_SERVICE_PACKAGE_DEPENDS
     "zlib1g, libzstd1, systemd | systemd-standalone-sysusers | systemd-sysusers")
 set(CPACK_DEBIAN_SERVICE_PACKAGE_PREDEPENDS "init-system-helpers (>= 1.54~)")
 set(CPACK_DEBIAN_SERVICE_PACKAGE_RECOMMENDS "shaded-openimageio (= ${version})")
+set(CPACK_DEBIAN_SERVICE_PACKAGE_SUGGESTS "shaded-import (= ${version})")
 set(scripts ${CMAKE_CURRENT_SOURCE_DIR}/deploy/package)
 set(CPACK_DEBIAN_SERVICE_PACKAGE_CONTROL_EXTRA
     "${scripts}/conffiles;${scripts}/postinst;${scripts}/prerm;${scripts}/postrm")
 set(CPACK_DEBIAN_FORMATS_PACKAGE_ENHANCES "shaded, ${soname}")
+set(CPACK_DEBIAN_MODELS_PACKAGE_ENHANCES "shaded")
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_RECOMMENDS "shaded-openimageio (= ${version})")
 file(WRITE ${CMAKE_BINARY_DIR}/shlibs
      "libshaded ${PROJECT_VERSION_MAJOR} ${soname} (>= ${version})\n")

@@ -1,5 +1,5 @@
 # What `cmake --install` puts where, and Debian packages of it (`./dev package`). All of it is in
-# components: programs, openimageio (the module of formats), service (systemd, configuration),
+# components: programs, openimageio (the module of formats), import (that of `shade import`), service (systemd, configuration),
 # documents (manuals, completions, data), library and development.
 include(GNUInstallDirs)
 
@@ -8,6 +8,7 @@ set(docdir ${CMAKE_INSTALL_DATAROOTDIR}/doc/shaded)
 # ---- The programs ----
 install(TARGETS shaded shade RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
 install(TARGETS shaded_oiio LIBRARY DESTINATION lib/shaded COMPONENT openimageio)
+install(TARGETS shaded_import LIBRARY DESTINATION lib/shaded COMPONENT import)
 install(FILES config/shaded.conf DESTINATION ${docdir} COMPONENT programs)
 
 # The image has the programs alone, and is built without what follows.

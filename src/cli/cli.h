@@ -87,7 +87,9 @@ typedef struct cli_options {
     bool compares; /* --fail-above or --density is given */
     cli_above above[CLI_ABOVE_MOST];
     size_t above_count;
-    double density; /* --density; 0: not given */
+    double density;     /* --density; 0: not given */
+    bool phong;         /* --phong */
+    const char *assets; /* --assets; NULL: not given */
     shd_engine_options engine;
 } cli_options;
 
@@ -122,6 +124,11 @@ int cli_diff(const char *const paths[2], const cli_options *options);
 
 /* Prints the path of the link that holds a scene. Returns the exit status. */
 int cli_link(const char *scene, const shd_engine_options *options);
+
+/* ---- import.c ---- */
+
+/* Makes a scene of a model of another program, options->output. Returns the exit status. */
+int cli_import(const char *path, const cli_options *options);
 
 /* ---- batch.c ---- */
 

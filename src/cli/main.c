@@ -38,6 +38,10 @@ static const char help_text[] =
     "                                       and FLIP. A and B are files (png, jpg, webp, tif, "
     "taken\n"
     "                                       for sRGB) or scenes (json); MAP shows FLIP's errors\n"
+    "  shade import MODEL -o SCENE.json     make a scene of a model: obj (with its mtl), gltf, "
+    "glb, "
+    "ply\n"
+    "                                       or stl; or of a material of three.js (json)\n"
     "  shade check SCENE.json...            say what is wrong with scenes; silent if nothing is\n"
     "\n"
     "  -o, --output OUT   where the picture goes. Its suffix (png, jpg, webp, tif, exr, hdr)\n"
@@ -55,6 +59,10 @@ static const char help_text[] =
     "                     or with .mean .p50 .p95 .p99 .max), alpha; may be given several times\n"
     "      --density N    pixels a degree of sight that FLIP reckons with, 10 to 400 (default: "
     "67)\n"
+    "      --phong        give imported materials Phong's model, by the nearest fit\n"
+    "      --assets FOLDER  write the meshes of an imported model there, each under its SHA-256, "
+    "for\n"
+    "                     PUT /v1/meshes; the scene names them (default: the scene has them)\n"
     "      --threads N    threads to render with (default: as processors allow)\n"
     "      --kernel NAME  portable, avx2, avx512 or neon: instructions to render with (default:\n"
     "                     auto, the widest there are; the picture is the same)\n"
@@ -76,7 +84,8 @@ static const char help_text[] =
     "not that of the scene, or farther apart than --fail-above says; 2 the command line is "
     "wrong.\n";
 
-#define COMMANDS "render, explain, compare, analyze, brdf, link, batch, verify, diff or check"
+#define COMMANDS                                                                                   \
+    "render, explain, compare, analyze, brdf, link, batch, verify, diff, import or check"
 
 static int print_and_exit(const char *text) {
     return cli_write_stdout(text, strlen(text)) ? CLI_DONE : CLI_FAILED;
@@ -144,7 +153,9 @@ enum {
     OPTION_SEED,
     OPTION_TOLERANCE,
     OPTION_FAIL_ABOVE,
-    OPTION_DENSITY
+    OPTION_DENSITY,
+    OPTION_PHONG,
+    OPTION_ASSETS
 };
 
 /* Those of diff. As take_option. */
@@ -216,6 +227,13 @@ static int take_option(int option, const char *value, cli_options *options) {
     case OPTION_SEED:
     case OPTION_TOLERANCE:
         return take_number(option, value, options);
+    case OPTION_PHONG:
+        options->phong = true;
+        return -1;
+    case OPTION_ASSETS:
+        if (!*value) return cli_usage("--assets is empty");
+        options->assets = value;
+        return -1;
     case OPTION_FAIL_ABOVE:
     case OPTION_DENSITY:
         return take_comparison(option, value, options);
@@ -246,6 +264,8 @@ static int read_options(int argc, char **argv, cli_options *options, size_t *cou
         {"tolerance", required_argument, NULL, OPTION_TOLERANCE},
         {"fail-above", required_argument, NULL, OPTION_FAIL_ABOVE},
         {"density", required_argument, NULL, OPTION_DENSITY},
+        {"phong", no_argument, NULL, OPTION_PHONG},
+        {"assets", required_argument, NULL, OPTION_ASSETS},
         {"help", no_argument, NULL, 'h'},
         {"version", no_argument, NULL, 'V'},
         {NULL, 0, NULL, 0},
@@ -282,6 +302,11 @@ static int run_other(const char *name, const char *const *scenes, size_t count,
         if (count != 1) return cli_usage("link wants one scene, not %zu", count);
         return cli_link(scenes[0], &options->engine);
     }
+    if (!strcmp(name, "import")) {
+        if (!options->output || !*options->output) return cli_usage("import wants -o SCENE.json");
+        if (count != 1) return cli_usage("import wants one model, not %zu", count);
+        return cli_import(scenes[0], options);
+    }
     if (!strcmp(name, "batch")) {
         if (!options->output || !*options->output) return cli_usage("batch wants -o FOLDER");
         if (count != 1) return cli_usage("batch wants one file, not %zu", count);
@@ -304,6 +329,8 @@ static int run_command(const char *name, const char *const *scenes, size_t count
         return cli_usage("--pixels, --seed and --tolerance are for verify");
     if (options->compares && strcmp(name, "diff"))
         return cli_usage("--fail-above and --density are for diff");
+    if ((options->phong || options->assets) && strcmp(name, "import"))
+        return cli_usage("--phong and --assets are for import");
     const int other = run_other(name, scenes, count, options);
     if (other >= 0) return other;
     if (command == CLI_COMMANDS) return cli_usage("unknown command '%s': " COMMANDS, name);

@@ -125,9 +125,14 @@ static void put_material(sink *s, const shd_material *material) {
     }
 }
 
-/* A built-in or kept mesh is hashed by its name, which spares its numbers. It stands behind a count
- * that no mesh has. */
-static void put_mesh(sink *s, const shd_mesh *mesh) {
+/* A built-in or kept mesh is hashed by its name, which spares its numbers, and one that an earlier
+ * object has by that object's index. They stand behind counts that no mesh has. */
+static void put_mesh(sink *s, const shd_mesh *mesh, size_t object) {
+    if (mesh->shared && mesh->first < object) {
+        put_count(s, SIZE_MAX - 1);
+        put_count(s, mesh->first);
+        return;
+    }
     if (mesh->type) {
         put_count(s, SIZE_MAX);
         put_text(s, mesh->type);
@@ -151,11 +156,11 @@ static void put_mesh(sink *s, const shd_mesh *mesh) {
     }
 }
 
-static void put_object(sink *s, const shd_object *object) {
+static void put_object(sink *s, const shd_object *object, size_t index) {
     put_count(s, object->shape);
     put_numbers(s, (double[]){object->radius, object->tube, object->height}, 3);
     put_vector(s, object->size);
-    if (object->mesh) put_mesh(s, object->mesh);
+    if (object->mesh) put_mesh(s, object->mesh, index);
     put_numbers(s, &object->transform.linear[0][0], 9);
     put_vector(s, object->transform.origin);
     put_count(s, object->interpolation);
@@ -249,7 +254,7 @@ void shd_scene_digest(const shd_scene *scene, const atomic_bool *cancelled, char
     for (size_t i = 0; i < scene->light_count; i++) put_light(&s, &scene->lights[i]);
     put_count(&s, scene->object_count);
     for (size_t i = 0; i < scene->object_count; i++) {
-        put_object(&s, &scene->objects[i]);
+        put_object(&s, &scene->objects[i], i);
         put_material(&s, &scene->materials[scene->objects[i].material]);
     }
     put_trace(&s, &scene->trace);

@@ -74,8 +74,8 @@ static void check_formats(shd_reader *r) {
 
 static void read_document(shd_reader *r, json_t *tree) {
     /* Order: colors need both spaces; lights need the camera's frame; materials need to
-     * know what is traced; objects need the materials and the interpolation; outputs need the
-     * working space and the number of lights. */
+     * know what is traced; objects need the materials, the meshes and the interpolation; outputs
+     * need the working space and the number of lights. */
     static const shd_field fields[] = {
         {"$schema", .read = shd_read_label},
         {"workingSpace", shd_read_working_space, .offset = offsetof(shd_scene, working_space)},
@@ -90,6 +90,7 @@ static void read_document(shd_reader *r, json_t *tree) {
         {"interpolation", read_interpolation, .choices = shd_interpolation_names},
         {"trace", shd_read_trace, offsetof(shd_scene, trace), .always = true},
         {"materials", .read = shd_read_materials},
+        {"meshes", .read = shd_read_meshes},
         {"objects", shd_read_objects, .required = true},
         {"accuracy", read_accuracy, .offset = offsetof(shd_scene, accuracy)},
         {"output", shd_read_output, .always = true},

@@ -21,9 +21,18 @@ typedef struct shd_named_material {
     size_t used; /* its index in the scene, SIZE_MAX before it is used */
 } shd_named_material;
 
+/* An entry of `meshes`. */
+typedef struct shd_shared_mesh {
+    const char *name;     /* the document's */
+    const shd_mesh *mesh; /* NULL: it is wrong, or not kept */
+    shd_mesh *own;        /* the same, if the document has its arrays */
+    bool used;            /* by an object */
+} shd_shared_mesh;
+
 /* A `data` that is not kept. */
 typedef struct shd_missing {
-    size_t object; /* the first one that names it */
+    const char *shared; /* the entry of `meshes` that names it, which is the document's; NULL: */
+    size_t object;      /* the first object that does */
     shd_digest digest;
 } shd_missing;
 
@@ -54,7 +63,10 @@ typedef struct shd_reader {
 
     shd_named_material *named; /* `materials`, sorted by name */
     size_t named_count;
-    bool names_unknown;   /* `materials` is not an object */
+    bool names_unknown;      /* `materials` is not an object */
+    shd_shared_mesh *shared; /* `meshes`, sorted by name once they are read */
+    size_t shared_count;
+    bool shared_unknown;  /* `meshes` is not an object */
     size_t *presets_used; /* as shd_named_material.used, for each preset of the library */
     size_t default_used;  /* the same for objects without a material */
     shd_material *materials;
@@ -183,6 +195,11 @@ void shd_lay_over_matte(shd_scene *scene);
 void shd_share_budget(shd_scene *scene);
 
 shd_field_read shd_read_materials; /* r->named */
+shd_field_read shd_read_meshes;    /* r->shared */
+
+/* The mesh of `meshes` that an object names. NULL: there is none, which is an error, or that one is
+ * wrong itself. */
+const shd_mesh *shd_use_mesh(shd_reader *r, const shd_node *node, size_t object);
 
 /* The material of an entry of the library. After an error it means nothing. */
 void shd_read_library_material(shd_reader *r, const shd_node *node, shd_material *out);
@@ -228,20 +245,23 @@ size_t shd_use_material(shd_reader *r, const shd_node *node);
 /* `transform` of an object. linear[0][0] is NAN if the linear part is not known. */
 shd_field_read shd_read_transform; /* shd_affine */
 
-/* The arrays of a mesh as the document has them. NULL: absent; `normals` that are null count as
- * absent. */
+/* The arrays of a mesh as the document has them, or the name of what is kept. NULL: absent;
+ * `normals` that are null count as absent. */
 typedef struct shd_mesh_source {
     json_t *positions, *indices, *normals;
+    json_t *data;
 } shd_mesh_source;
 
-/* Checks a mesh and builds it in the arena; `node` is its object. NULL if it is wrong, which is an
- * error unless the positions are absent. Adds to r->triangles, and builds nothing past the
+/* Checks a mesh of arrays and builds it in the arena; `node` has them. NULL if it is wrong, which
+ * is an error unless the positions are absent. Adds to r->triangles, and builds nothing past the
  * limit. */
-const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source);
+shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source);
 
-/* The mesh that `data` of object `index` names. NULL if it names none, which is an error, or if the
- * mesh is not kept. Adds to r->triangles. */
-const shd_mesh *shd_find_mesh(shd_reader *r, const shd_node *data, size_t index);
+/* The mesh of an object or of an entry of `meshes`: its arrays, of which *own is the mesh that is
+ * made, or what is kept by the name in `data` (*own is NULL). NULL after an error, or if it is not
+ * kept. */
+const shd_mesh *shd_read_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source,
+                              shd_mesh **own);
 
 /* Reports the meshes that are not kept, after all else that is wrong. */
 void shd_report_missing(shd_reader *r);

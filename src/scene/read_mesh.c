@@ -176,7 +176,7 @@ static bool measure_arrays(shd_reader *r, arrays *a) {
     return whole;
 }
 
-const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source) {
+shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source) {
     json_t *normals_given = json_is_null(source->normals) ? NULL : source->normals;
     arrays a = {.positions = list_of(r, node, "positions", source->positions),
                 .indices = list_of(r, node, "indices", source->indices),
@@ -212,15 +212,16 @@ const shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mes
 
 /* ---- Meshes that are kept ---- */
 
-static void add_missing(shd_reader *r, const shd_digest *digest, size_t index) {
+static void add_missing(shd_reader *r, const shd_digest *digest, const shd_node *node) {
     const size_t named = r->missing_count < SHD_REPORT_KEEP ? r->missing_count : SHD_REPORT_KEEP;
     for (size_t i = 0; i < named; i++)
         if (shd_digest_same(&r->missing[i].digest, digest)) return;
-    if (named < SHD_REPORT_KEEP) r->missing[named] = (shd_missing){index, *digest};
+    if (named < SHD_REPORT_KEEP) r->missing[named] = (shd_missing){node->key, node->index, *digest};
     r->missing_count++;
 }
 
-const shd_mesh *shd_find_mesh(shd_reader *r, const shd_node *data, size_t index) {
+/* The mesh that `data` names. NULL if it names none, which is an error, or if it is not kept. */
+static const shd_mesh *find_mesh(shd_reader *r, const shd_node *data) {
     static const char prefix[] = "sha256-";
     const size_t length = sizeof prefix - 1;
     const char *name = shd_get_text(r, data, "a string");
@@ -234,19 +235,33 @@ const shd_mesh *shd_find_mesh(shd_reader *r, const shd_node *data, size_t index)
     } else if (!r->shelf) {
         shd_wrong(r, data, "no meshes are kept here: give `positions`, `indices` and `normals`");
     } else if (!(mesh = r->shelf->find(r->shelf->context, &digest))) {
-        add_missing(r, &digest, index);
+        add_missing(r, &digest, data->parent);
     } else {
         warn_of_inverted_normals(r, data, mesh);
     }
     return mesh;
 }
 
+const shd_mesh *shd_read_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source,
+                              shd_mesh **own) {
+    const shd_node data = {node, "data", 0, source->data};
+    *own = NULL;
+    if (source->data && (source->positions || source->indices || source->normals))
+        shd_wrong(r, &data, "give either `data` or `positions`, `indices` and `normals`, not both");
+    else if (source->data)
+        return find_mesh(r, &data);
+    return source->data ? NULL : (*own = shd_make_mesh(r, node, source));
+}
+
 void shd_report_missing(shd_reader *r) {
     for (size_t i = 0; i < r->missing_count; i++) {
         const shd_missing *m = &r->missing[i < SHD_REPORT_KEEP ? i : 0];
-        char pointer[64], digest[SHD_DIGEST_TEXT];
+        char digest[SHD_DIGEST_TEXT];
         shd_digest_write(&m->digest, digest);
-        snprintf(pointer, sizeof pointer, "/objects/%zu/data", m->object);
-        shd_report_error(r->report, SHD_MISSING, pointer, "no mesh sha256-%s is kept here", digest);
+        const shd_node root = {NULL, NULL, 0, NULL},
+                       objects = {&root, m->shared ? "meshes" : "objects", 0, NULL},
+                       mesh = {&objects, m->shared, m->object, NULL},
+                       data = {&mesh, "data", 0, NULL};
+        shd_node_report(r->report, &data, SHD_MISSING, "no mesh sha256-%s is kept here", digest);
     }
 }

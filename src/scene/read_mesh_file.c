@@ -126,7 +126,7 @@ static const shd_mesh *read_members(shd_reader *r, json_t *tree) {
         {"normals", shd_keep_value, .offset = offsetof(shd_mesh_source, normals)},
     };
     const shd_node root = {.value = tree};
-    shd_mesh_source source = {NULL, NULL, NULL};
+    shd_mesh_source source = {.positions = NULL};
     if (!shd_read_fields(r, &root, fields, SHD_LENGTH(fields), 0, "a mesh", &source)) return NULL;
     if (!source.positions) shd_wrong(r, &root, "the member \"positions\" is missing");
     const shd_mesh *mesh = shd_make_mesh(r, &root, &source);

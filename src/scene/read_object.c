@@ -9,7 +9,7 @@ typedef struct raw_object {
     shd_object object;
     int interpolation, segments;
     shd_mesh_source mesh;
-    json_t *data;
+    json_t *shared;
 } raw_object;
 
 /* Bits of shd_field.kinds, one for each shape. */
@@ -47,7 +47,8 @@ static const shd_field object_fields[] = {
     {"positions", shd_keep_value, AT(mesh.positions), .kinds = MESH},
     {"indices", shd_keep_value, AT(mesh.indices), .kinds = MESH},
     {"normals", shd_keep_value, AT(mesh.normals), .kinds = MESH},
-    {"data", shd_keep_value, AT(data), .kinds = MESH},
+    {"data", shd_keep_value, AT(mesh.data), .kinds = MESH},
+    {"mesh", shd_keep_value, AT(shared), .kinds = MESH},
     {"transform", shd_read_transform, .offset = AT(object.transform)},
     {"interpolation", shd_read_choice, AT(interpolation), .choices = shd_interpolation_names,
      .mark = INTERPOLATION},
@@ -79,18 +80,18 @@ static raw_object default_object(const shd_reader *r, shd_shape shape) {
 
 /* A mesh's arrays, or a name for them. */
 static const shd_mesh *read_mesh(shd_reader *r, const shd_node *node, const raw_object *raw) {
-    const shd_mesh_source *arrays = &raw->mesh;
-    const bool inlined = arrays->positions || arrays->indices || arrays->normals;
-    const shd_node data = {node, "data", 0, raw->data};
-    if (raw->data && inlined) {
-        shd_wrong(r, &data, "give either `data` or `positions`, `indices` and `normals`, not both");
-        return NULL;
-    }
-    if (raw->data) return shd_find_mesh(r, &data, node->index);
+    const shd_mesh_source *source = &raw->mesh;
+    const shd_node shared = {node, "mesh", 0, raw->shared};
+    const bool alone = source->positions || source->indices || source->normals || source->data;
+    shd_mesh *own;
+    if (raw->shared && alone)
+        shd_wrong(r, &shared,
+                  "give either `mesh` or `data` or `positions`, `indices` and `normals`, not both");
+    if (raw->shared) return shd_use_mesh(r, &shared, node->index);
     /* Only a mesh has arrays, whatever `type` says. */
-    if (!arrays->positions && raw->object.shape == SHD_MESH)
+    if (!source->positions && !source->data && raw->object.shape == SHD_MESH)
         shd_wrong(r, node, "the member \"positions\" is missing");
-    return inlined ? shd_make_mesh(r, node, arrays) : NULL;
+    return alone ? shd_read_mesh(r, node, source, &own) : NULL;
 }
 
 /* It is kept under the digest of its name, which no mesh that a client puts can have: that is one
@@ -147,9 +148,9 @@ static int compare_meshes(const void *one, const void *other) {
     return (a > b) - (a < b);
 }
 
-/* Adds the triangles of meshes that are not in the document. One that is kept counts once, however
- * many objects have it, unless their faces are shaded alone, which is made for each. False: memory.
- */
+/* Adds the triangles of meshes that are not counted yet: those that the document has were, as they
+ * were read. One that is kept counts once, however many objects have it, as one that they share
+ * does, unless their faces are shaded alone, which is made for each. False: memory. */
 static bool count_meshes(shd_reader *r, const shd_object *objects, size_t count, uint64_t *all) {
     const shd_mesh **named = shd_take(r, count, sizeof *named);
     size_t names = 0;
@@ -157,6 +158,8 @@ static bool count_meshes(shd_reader *r, const shd_object *objects, size_t count,
     for (size_t i = 0; i < count; i++) {
         const shd_mesh *mesh = objects[i].mesh;
         if (mesh) *all += mesh->triangle_count;
+        if (mesh && mesh->shared && objects[i].interpolation != SHD_PHONG)
+            r->triangles += mesh->triangle_count;
         if (!mesh || (!mesh->kept && !mesh->type)) continue;
         if (mesh->kept && objects[i].interpolation == SHD_PHONG)
             named[names++] = mesh;

@@ -189,6 +189,10 @@ typedef struct shd_mesh {
     size_t inverted;           /* triangles whose normals point to their back */
     const shd_mesh_kept *kept; /* NULL: the mesh is of this scene alone */
     const char *type;          /* what a built-in one is called: "teapot"; NULL: it is none */
+    /* Whether it is an entry of `meshes`, and the first object that has it, by index. Those that
+     * follow share what is made of it. */
+    bool shared;
+    size_t first;
 } shd_mesh;
 
 typedef struct shd_object {

@@ -163,7 +163,15 @@ static shd_status make_mesh(shd_sight *sight, size_t index, shd_arena *arena, sh
     const shd_mesh *mesh = sight->plan->scene->objects[index].mesh;
     shd_item *it = &sight->items[index];
     const shd_mesh_tree *tree = NULL;
-    if (mesh && mesh->kept) {
+    const shd_item *first =
+        mesh && mesh->shared && mesh->first < index ? &sight->items[mesh->first] : NULL;
+    if (first) {
+        tree = first->view.tree;
+        it->units = it->smooth ? first->units : NULL;
+        if (it->smooth && !it->units &&
+            !shd_triangle_units(&it->triangles, cancelled, arena, &it->units))
+            return fail_object(error, SHD_MEMORY, index, FULL);
+    } else if (mesh && mesh->kept) {
         tree = mesh->kept->tree;
         it->units = mesh->kept->units;
     } else {

@@ -12,7 +12,7 @@ from e2e.daemon import Daemon
 FOLDER = SOURCE / "build/package"
 ROOT = FOLDER / "root"
 SCENE = {"objects": [{"type": "sphere"}], "image": {"width": 16, "height": 16}}
-NAMES = ("shaded", "shaded-openimageio", "libshaded0", "libshaded-dev")
+NAMES = ("shaded", "shaded-import", "shaded-openimageio", "libshaded0", "libshaded-dev")
 UNITS = {"shaded.service", "shaded.socket", "shaded-admin.socket"}
 PATIENCE = 1200  # seconds for any one command, on the slowest machine
 
@@ -71,7 +71,7 @@ class PackageTest(unittest.TestCase):
         within("apt-get", "install", "-y", "-q", "--no-install-recommends", *(
             f"/debs/{packages()[name].name}" for name in names))
 
-    def test_1_there_are_four(self):
+    def test_1_there_are_five(self):
         self.assertEqual(sorted(packages()), sorted(NAMES))
         for name, path in packages().items():
             text = run("dpkg-deb", "--info", path)

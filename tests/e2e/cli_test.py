@@ -365,6 +365,7 @@ class Libraries(Case):
                 self.assertIn("libOpenColorIO", libraries)
                 self.assertNotIn("OpenImageIO", libraries)
                 self.assertNotIn("shaded_oiio", libraries)
+                self.assertNotIn("assimp", libraries)
 
     def test_openimageio_comes_for_exr(self):
         self.assertIn("libOpenImageIO", self.loaded("render", self.scene(SMALL), "-o", "a.exr"))

@@ -70,6 +70,9 @@ class Features(unittest.TestCase):
             "preview": lambda: self.daemon.get("/v1/preview/brass?size=8"),
             "region": lambda: render({**SMALL, "image": {**SMALL["image"], "region": [0, 0, 4, 4]}}),
             "scenes": self.put_scene,
+            "shared-meshes": lambda: render({
+                **SMALL, "meshes": {"a": {"positions": [0, 0, 0, 1, 0, 0, 0, 1, 0]}},
+                "objects": [{"type": "mesh", "mesh": "a"}]}),
             "spectral": lambda: render({**SMALL, "spectral": {}}),
             "sheet": lambda: post("/v1/batch", {"scene": SMALL, "sheet": {"labels": False}}),
             "turntable": lambda: post("/v1/batch", {"scene": SMALL, "turntable": {"frames": 2}}),

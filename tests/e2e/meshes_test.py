@@ -12,7 +12,7 @@ import threading
 import unittest
 from pathlib import Path
 
-from e2e.daemon import JSON, SMALL, SOURCE, Daemon
+from e2e.daemon import BUILD, JSON, SMALL, SOURCE, Daemon
 from e2e.daemon_test import Folder
 
 BINARY = {"Content-Type": "application/octet-stream"}
@@ -194,6 +194,21 @@ class MeshesTest(Test):
             subprocess.run(["bash", "-euo", "pipefail", "-c", text.replace("curl", "curl -sSf")],
                            cwd=folder, check=True)
             self.assertTrue((Path(folder) / "picture.png").read_bytes().startswith(b"\x89PNG"))
+
+    def test_imported_meshes_are_put_as_shade_says(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            (folder / "wedge.obj").write_text("o mesh\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+            told = subprocess.run([BUILD / "shade", "import", "wedge.obj", "-o", "scene.json", "--assets", "kept"],
+                                  cwd=folder, check=True, capture_output=True, text=True).stderr
+            scene = json.loads((folder / "scene.json").read_text())
+            scene["image"] = SMALL["image"]
+            answer = self.daemon.render(scene)
+            self.assertEqual(answer.status, 409)
+            self.assertEqual(json.loads(answer.body)["errors"][0]["pointer"], "/meshes/mesh/data")
+            line = told.splitlines()[-1].replace("http://127.0.0.1:8080", "http://{}:{}".format(*self.daemon.address))
+            subprocess.run(["bash", "-euc", line.replace("curl", "curl -sS")], cwd=folder, check=True)
+        self.assertEqual(self.daemon.render(scene).status, 200)
 
 
 class StoreTest(Test):

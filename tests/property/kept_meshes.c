@@ -1,5 +1,5 @@
-/* A mesh that is kept gives the bytes that the same arrays in the document give, in all that is
- * made of a scene, also when it is forgotten meanwhile. */
+/* A mesh that is kept, or that objects share, gives the bytes that the same arrays at each object
+ * give, in all that is made of a scene, also when it is forgotten meanwhile. */
 #include <pthread.h>
 
 #include "assets/store.h"
@@ -161,6 +161,18 @@ static void kept_meshes_look_the_same(void **state) {
                 free(got.data);
                 free(named);
             }
+            char *entry = text_of("\"meshes\": {\"ball\": {%s}}, %s", arrays, ways[i]),
+                 *shared = scene_of("\"mesh\": \"ball\"", entry);
+            for (int k = 0; k < 2; k++) {
+                file got = png_of(keeps, shared);
+                if (!same_file(expected, got)) fail_msg("way %zu, shared", i);
+                free(got.data);
+            }
+            char *words = words_of(keeps, shared);
+            assert_string_equal(words, told);
+            free(words);
+            free(shared);
+            free(entry);
             free(told);
             free(expected.data);
             free(inlined);

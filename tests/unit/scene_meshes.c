@@ -373,6 +373,105 @@ static void digests_tell_scenes_apart(void **state) {
     assert_string_equal(digests[0], digests[3]);
 }
 
+/* ---- Meshes that objects share ---- */
+
+#define TRIANGLE                "'positions': [0,0,0, 1,0,0, 0,1,0]"
+#define SHARED(meshes, objects) "{'meshes': {" meshes "}, 'objects': [" objects "]}"
+#define OF(name)                "{'type': 'mesh', 'mesh': '" name "'}"
+
+static void objects_share_a_mesh(void **state) {
+    (void)state;
+    reading r = read_scene(SHARED("'b': {'positions': [0,0,0, 2,0,0, 0,2,0, 0,2,2], 'indices': "
+                                  "[0,1,2, 0,2,3]}, 'a': {" TRIANGLE "}, 'unused': {" TRIANGLE "}",
+                                  "{'type': 'sphere'}, " OF("a") ", " OF("b") ", " OF("b")));
+    const shd_object *objects = r.scene->objects;
+    assert_int_equal(objects[1].mesh->triangle_count, 1);
+    assert_int_equal(objects[2].mesh->triangle_count, 2);
+    assert_ptr_equal(objects[2].mesh, objects[3].mesh);
+    assert_true(objects[1].mesh->shared && objects[2].mesh->shared);
+    assert_int_equal(objects[1].mesh->first, 1);
+    assert_int_equal(objects[2].mesh->first, 2);
+    assert_int_equal(r.scene->mesh_triangles, 5);
+    drop(&r);
+}
+
+static void a_shared_mesh_counts_once(void **state) {
+    (void)state;
+    const char *twice = SHARED("'a': {" TRIANGLE "}", OF("a") ", " OF("a"));
+    const char *faces = "{'interpolation': 'flat', 'meshes': {'a': {" TRIANGLE
+                        "}}, 'objects': [" OF("a") ", " OF("a") "]}";
+    shd_limits limits = scene_limits;
+    limits.triangles = 1;
+    reading r = read_with(twice, &limits);
+    assert_int_equal(r.status, SHD_OK);
+    drop(&r);
+    r = read_with(faces, &limits); /* each has facets of its own */
+    assert_int_equal(r.status, SHD_LIMIT);
+    assert_true(has_error(&r, "/objects", "the limit `triangles`"));
+    drop(&r);
+    limits.objects = 2;
+    limits.triangles = 1 << 10;
+    r = read_with(SHARED("'a': {" TRIANGLE "}, 'b': {" TRIANGLE "}, 'c': {" TRIANGLE "}", ""),
+                  &limits);
+    assert_int_equal(r.status, SHD_LIMIT);
+    assert_true(has_error(&r, "/meshes", "the limit `objects`"));
+    drop(&r);
+}
+
+static void mistakes_in_shared_meshes_are_told(void **state) {
+    (void)state;
+    static const refusal cases[] = {
+        {SHARED("'arm': {" TRIANGLE "}", OF("amr")), "/objects/0/mesh", "did you mean \"arm\""},
+        {"{'objects': [" OF("arm") "]}", "/objects/0/mesh", "there is no mesh \"arm\""},
+        {"{'meshes': [], 'objects': [" OF("arm") "]}", "/meshes", "expected an object"},
+        {SHARED("'a': {}", OF("a")), "/meshes/a", "\"positions\" is missing"},
+        {SHARED("'a': 1", OF("a")), "/meshes/a", "expected an object"},
+        {SHARED("'a/b': {'positions': [0,0,0, 1,0,0]}", OF("a/b")), "/meshes/a~1b/positions",
+         "without `indices`"},
+        {SHARED("'a': {" TRIANGLE ", 'indices': [0, 1, 3]}", ""), "/meshes/a/indices/2", "to 2"},
+        {SHARED("'a': {" TRIANGLE ", 'material': 'brass'}", ""), "/meshes/a/material", "unknown"},
+        {SHARED("'a': {" TRIANGLE ", 'data': 'sha256-'}", ""), "/meshes/a/data", "not both"},
+        {SHARED("'a': {" TRIANGLE "}", "{'type': 'mesh', 'mesh': 'a', " TRIANGLE "}"),
+         "/objects/0/mesh", "not both"},
+        {SHARED("'a': {" TRIANGLE "}", "{'type': 'mesh', 'mesh': 1}"), "/objects/0/mesh",
+         "the name of a mesh"},
+        {SHARED("'a': {" TRIANGLE "}", "{'type': 'sphere', 'mesh': 'a'}"), "/objects/0/mesh",
+         "unknown member"},
+        {SHARED("'a\\n': {" TRIANGLE "}", ""), "/meshes", "control characters"},
+    };
+    ASSERT_REFUSED(cases);
+    reading r = read_named(
+        SHARED("'~': {'data': '" NAME "03'}, 'b': {'data': '" NAME "01'}", OF("~") ", " OF("b")),
+        true);
+    assert_int_equal(r.status, SHD_MISSING);
+    assert_int_equal(r.report.error_count, 1);
+    assert_true(has_problem(r.report.errors, 1, "/meshes/~0/data", NAME "03"));
+    drop(&r);
+}
+
+static void what_is_not_used_has_no_part_in_the_digest(void **state) {
+    (void)state;
+    static const char *const texts[] = {
+        "{'objects': [{'type': 'mesh', " TRIANGLE "}]}",
+        SHARED("'a': {" TRIANGLE "}", OF("a")),
+        SHARED("'b': {" TRIANGLE "}, 'c': {'positions': [0,0,0, 1,0,0, 0,2,0]}", OF("b")),
+        SHARED("'b': {" TRIANGLE "}, 'c': {'positions': [0,0,0, 1,0,0, 0,2,0]}", OF("c")),
+        SHARED("'a': {" TRIANGLE "}, 'b': {'positions': [0,0,0, 1,0,0, 0,2,0]}",
+               OF("a") ", " OF("b") ", " OF("a")),
+        SHARED("'a': {" TRIANGLE "}, 'b': {'positions': [0,0,0, 1,0,0, 0,2,0]}",
+               OF("a") ", " OF("b") ", " OF("b"))};
+    char digests[6][33];
+    for (int i = 0; i < 6; i++) {
+        reading r = read_scene(texts[i]);
+        strcpy(digests[i], r.scene->digest);
+        drop(&r);
+    }
+    assert_string_equal(digests[0], digests[1]);
+    assert_string_equal(digests[0], digests[2]);
+    assert_string_not_equal(digests[0], digests[3]);
+    assert_string_not_equal(digests[4], digests[5]);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(plain_numbers_are_the_same_mesh_as_json),
@@ -388,6 +487,10 @@ int main(void) {
         cmocka_unit_test(all_that_is_missing_is_told_at_once),
         cmocka_unit_test(more_are_missing_than_are_told),
         cmocka_unit_test(digests_tell_scenes_apart),
+        cmocka_unit_test(objects_share_a_mesh),
+        cmocka_unit_test(a_shared_mesh_counts_once),
+        cmocka_unit_test(mistakes_in_shared_meshes_are_told),
+        cmocka_unit_test(what_is_not_used_has_no_part_in_the_digest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

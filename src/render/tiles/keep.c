@@ -40,8 +40,13 @@ static void put_array(hash *h, const void *data, size_t size, const atomic_bool 
         put_bytes(h, (const char *)data + at, size - at < AT_ONCE ? size - at : AT_ONCE);
 }
 
-static void put_mesh(hash *h, const shd_mesh *mesh, const atomic_bool *cancelled) {
-    put_count(h, mesh->kept != NULL);
+static void put_mesh(hash *h, const shd_mesh *mesh, size_t object, const atomic_bool *cancelled) {
+    const bool again = mesh->shared && mesh->first < object;
+    put_count(h, again ? 2 : mesh->kept != NULL);
+    if (again) {
+        put_count(h, mesh->first);
+        return;
+    }
     if (mesh->kept) {
         put_bytes(h, &mesh->kept->digest, sizeof mesh->kept->digest);
         return;
@@ -54,15 +59,15 @@ static void put_mesh(hash *h, const shd_mesh *mesh, const atomic_bool *cancelled
     put_array(h, mesh->indices, 3 * mesh->triangle_count * sizeof *mesh->indices, cancelled);
 }
 
-static void put_object(hash *h, const shd_object *object, const shd_plan_material *material,
-                       const atomic_bool *cancelled) {
+static void put_object(hash *h, const shd_object *object, size_t index,
+                       const shd_plan_material *material, const atomic_bool *cancelled) {
     put_count(h, object->shape);
     put_numbers(h, (const double[]){object->radius, object->tube, object->height}, 3);
     put_vec(h, object->size);
     for (int r = 0; r < 3; r++) put_numbers(h, object->transform.linear[r], 3);
     put_vec(h, object->transform.origin);
     put_count(h, material->front_only);
-    if (object->shape == SHD_MESH) put_mesh(h, object->mesh, cancelled);
+    if (object->shape == SHD_MESH) put_mesh(h, object->mesh, index, cancelled);
 }
 
 static void put_geometry(hash *h, const shd_plan *plan) {
@@ -81,7 +86,7 @@ static void put_geometry(hash *h, const shd_plan *plan) {
     put_count(h, plan->split_positions);
     put_count(h, scene->object_count);
     for (size_t o = 0; o < scene->object_count; o++)
-        put_object(h, &scene->objects[o], &plan->materials[scene->objects[o].material],
+        put_object(h, &scene->objects[o], o, &plan->materials[scene->objects[o].material],
                    plan->cancelled);
 }
 

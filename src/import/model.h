@@ -1,0 +1,98 @@
+/* What a file of another program holds, as plain data: what the module shaded_import.so makes of it
+ * with assimp, and `shade import` makes a scene of.
+ *
+ * The module runs in a process of its own, which a hostile file may have made do anything. So a
+ * model is one block of bytes that begins with a shd_model and holds no pointers: a span is a place
+ * in the block. shd_model_check is what makes it fit for use.
+ *
+ * Lengths and axes are the file's. Colors are as the file has them, linear for glTF. */
+#pragma once
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/status.h"
+
+typedef struct shd_span {
+    uint64_t at, count; /* byte where the first item is, a multiple of 8; items */
+} shd_span;
+
+typedef struct shd_model_mesh {
+    shd_span name;      /* text: bytes, without a final 0 */
+    shd_span positions; /* float: x, y, z of each vertex */
+    shd_span normals;   /* the same, or none */
+    shd_span indices;   /* uint32_t: three a triangle */
+    uint32_t material;
+    uint32_t colored; /* whether vertices have colors, which are left out */
+} shd_model_mesh;
+
+/* How a file says what a surface is like. */
+enum { SHD_MODEL_PLAIN, SHD_MODEL_MTL, SHD_MODEL_METAL_ROUGH, SHD_MODEL_GLOSSY };
+
+typedef struct shd_model_material {
+    shd_span name;
+    shd_span maps; /* text: names of pictures that are left out, ", " between them */
+    uint32_t kind;
+    uint32_t unlit;
+    int32_t illum; /* MTL */
+    /* MTL: Ka, Kd, Ks, Ke, Tf, Ns, d, Ni. */
+    float ambient[3], diffuse[3], specular[3], emissive[3], through[3];
+    float shininess, opacity, ior;
+    /* glTF: the base color is `diffuse`. */
+    float metallic, roughness; /* or 1 - glossiness */
+    float transmission;
+} shd_model_material;
+
+typedef struct shd_model_object {
+    shd_span name;
+    double matrix[16]; /* column-major, object to world */
+    uint32_t mesh, reserved;
+} shd_model_object;
+
+typedef struct shd_model_camera {
+    shd_span name;
+    double position[3], forward[3], up[3];
+    double fov;    /* vertical, degrees; 0: it is orthographic */
+    double height; /* of the view volume; orthographic */
+    double aspect; /* width by height; 0: not told */
+} shd_model_camera;
+
+enum { SHD_MODEL_POINT, SHD_MODEL_DIRECTIONAL, SHD_MODEL_SPOT };
+
+typedef struct shd_model_light {
+    shd_span name;
+    uint32_t type, reserved;
+    double position[3], direction[3]; /* the way that light travels */
+    double color[3];                  /* lux or candela, as in KHR_lights_punctual */
+    double inner, outer;              /* half-angles of a spot, degrees */
+} shd_model_light;
+
+typedef struct shd_model {
+    char magic[8];
+    uint64_t size; /* of the block */
+    shd_span meshes, materials, objects, cameras, lights;
+    uint64_t left_out; /* points and lines, which have no surface */
+    char failure[256]; /* why there is no model, or "" */
+} shd_model;
+
+#define SHD_MODEL_MAGIC "shdmodl1"
+
+/* Whether a block of `size` bytes, aligned to 8, is a model: every span is in it, every index is
+ * one of something, and every number is finite. Normals that are zero or not finite are let pass,
+ * for shd_mesh_has_normals to find. SHD_SCENE tells what is wrong. Pure, any thread. */
+shd_status shd_model_check(const void *block, size_t size, shd_error *error);
+
+/* Whether each vertex has a normal that is not zero. */
+bool shd_mesh_has_normals(const shd_model *model, const shd_model_mesh *mesh);
+
+/* The items of a span of a block that was checked. */
+static inline const void *shd_span_items(const shd_model *model, shd_span span) {
+    return (const char *)model + span.at;
+}
+
+/* What the module exports, by this type and name: reads the file and writes a model, or the reason
+ * why there is none, to a descriptor. Runs in a process that ends after it. False: it could not be
+ * written. */
+typedef bool shd_import_fn(const char *path, int descriptor);
+#define SHD_IMPORT_ENTRY "shd_import_write"

@@ -1,0 +1,392 @@
+"""`shade import`: what files of other programs hold stands in the scene, and hostile ones harm nobody."""
+
+import base64
+import hashlib
+import json
+import math
+import os
+import random
+import struct
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+SHADE = Path(os.environ["SHADED_BUILD"]) / "shade"
+SANITIZED = bool(os.environ.get("SHADED_SANITIZE"))
+SQUARE = [0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0]
+
+MTL = """
+newmtl red
+Ka 0.1 0.2 0.3
+Kd 0.8 0.1 0.05
+Ks 0.5 0.25 0.125
+Ke 0.01 0.02 0.03
+Ns 40
+d 0.5
+illum 2
+map_Kd wood.png
+newmtl glow
+Kd 0.2 0.3 0.4
+illum 0
+newmtl matt
+Kd 0.2 0.3 0.4
+Ks 1 1 1
+illum 1
+newmtl mirror
+Kd 0 0 0
+Ks 0.75 0.75 0.75
+Ns 10
+illum 3
+newmtl glass
+Kd 0 0 0
+Ks 0.25 0.25 0.25
+Tf 1 0.5 0.5
+Ni 1.25
+Ns 10
+illum 7
+"""
+OBJ = "mtllib model.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvn 0 0 1\n" + "".join(
+    f"o {name}\nusemtl {name}\nf 1//1 2//1 3//1 4//1\n" for name in ("red", "glow", "matt", "mirror", "glass"))
+
+
+def gltf(**more):
+    """A square of two materials under two nodes, cameras and lights; its buffer apart."""
+    data = struct.pack("<12f12f6H", *SQUARE, *[0, 0, 1] * 4, 0, 1, 2, 0, 2, 3)
+    views = [(0, 48), (48, 48), (96, 12)]
+    document = {
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}],
+        "extensionsUsed": ["KHR_lights_punctual", "KHR_materials_unlit"],
+        "extensions": {"KHR_lights_punctual": {"lights": [
+            {"type": "point", "color": [1, 0.5, 0.25], "intensity": 20},
+            {"type": "spot", "intensity": 5, "spot": {"innerConeAngle": 0.2, "outerConeAngle": 0.5}},
+            {"type": "directional", "intensity": 3}]}},
+        "cameras": [{"type": "perspective", "perspective": {"yfov": 0.7, "aspectRatio": 1.5, "znear": 0.1}},
+                    {"type": "orthographic", "orthographic": {"xmag": 2, "ymag": 1, "znear": 0.1, "zfar": 9}}],
+        "nodes": [{"name": "root", "children": [1, 2, 3, 4, 5, 6], "translation": [0, 0, 1]},
+                  {"name": "large", "mesh": 0, "scale": [2, 2, 2]},
+                  {"name": "turned", "mesh": 0, "rotation": [0, 0, math.sqrt(0.5), math.sqrt(0.5)]},
+                  {"name": "eye", "camera": 0, "translation": [0.5, 0.5, 5]},
+                  {"translation": [1, 2, 3], "extensions": {"KHR_lights_punctual": {"light": 0}}},
+                  {"extensions": {"KHR_lights_punctual": {"light": 1}}},
+                  {"rotation": [-math.sqrt(0.5), 0, 0, math.sqrt(0.5)],
+                   "extensions": {"KHR_lights_punctual": {"light": 2}}}],
+        "meshes": [{"name": "plate", "primitives": [
+            {"attributes": {"POSITION": 0, "NORMAL": 1}, "indices": 2, "material": 0},
+            {"attributes": {"POSITION": 0}, "indices": 2, "material": 1}]}],
+        "materials": [{"name": "gold", "emissiveFactor": [0.125, 0, 0], "pbrMetallicRoughness": {
+                          "baseColorFactor": [1, 0.75, 0.25, 1], "metallicFactor": 1, "roughnessFactor": 0.4}},
+                      {"name": "paper", "alphaMode": "BLEND", "extensions": {"KHR_materials_unlit": {}},
+                       "pbrMetallicRoughness": {"baseColorFactor": [0.25, 0.5, 1, 0.5]}}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+                       "min": [0, 0, 0], "max": [1, 1, 0]},
+                      {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC3"},
+                      {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"}],
+        "bufferViews": [{"buffer": 0, "byteOffset": at, "byteLength": length} for at, length in views],
+        "buffers": [{"byteLength": len(data)}], **more}
+    return document, data
+
+
+def embedded(**more):
+    document, data = gltf(**more)
+    document["buffers"][0]["uri"] = "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+    return json.dumps(document).encode()
+
+
+def glb(**more):
+    document, data = gltf(**more)
+    text = json.dumps(document).encode()
+    text += b" " * (-len(text) % 4)
+    data += b"\0" * (-len(data) % 4)
+    body = struct.pack("<I4s", len(text), b"JSON") + text + struct.pack("<I4s", len(data), b"BIN\0") + data
+    return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
+
+
+PLY = (b"ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+       b"property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n" +
+       struct.pack("<12f", *SQUARE) + struct.pack("<B3iB3i", 3, 0, 1, 2, 3, 0, 2, 3))
+STL = b"\0" * 80 + struct.pack("<I", 1) + struct.pack("<12fH", 0, 0, 1, *SQUARE[:9], 0)
+
+
+class Case(unittest.TestCase):
+    def setUp(self):
+        self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
+
+    def shade(self, *words):
+        return subprocess.run([SHADE, *map(str, words)], capture_output=True, text=True, timeout=600,
+                              cwd=self.folder, check=False)
+
+    def load(self, name, data, *words):
+        """The scene of a file, which `shade check` has nothing against, and what was said."""
+        (self.folder / name).write_bytes(data if isinstance(data, bytes) else data.encode())
+        done = self.shade("import", name, "-o", "scene.json", *words)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        text = (self.folder / "scene.json").read_text()
+        return json.loads(text), done.stderr
+
+    def refuse(self, name, data, *words, status=1):
+        (self.folder / name).write_bytes(data if isinstance(data, bytes) else data.encode())
+        done = self.shade("import", name, "-o", "scene.json", *words)
+        self.assertEqual(done.returncode, status, done.stderr)
+        self.assertFalse((self.folder / "scene.json").exists())
+        return done.stderr
+
+
+class Import(Case):
+    def test_obj_and_mtl_are_taken_one_to_one(self):
+        (self.folder / "model.mtl").write_text(MTL)
+        scene, said = self.load("model.obj", OBJ)
+        self.assertIn('material "red": its textures are left out: wood.png', said)
+        self.assertNotIn("deltaE", said)
+        self.assertNotIn("lights", scene)  # the headlight, which is the default
+        self.assertEqual(scene["trace"], {"depth": 8})
+        self.assertEqual(scene["materials"], {
+            "red": {"model": "blinn-phong", "diffuse": [0.8, 0.1, 0.05], "ambient": [0.1, 0.2, 0.3],
+                    "emissive": [0.01, 0.02, 0.03], "specular": [0.5, 0.25, 0.125], "shininess": 40, "opacity": 0.5},
+            "glow": {"model": "phong", "diffuse": [0, 0, 0], "ambient": [0, 0, 0], "emissive": [0.2, 0.3, 0.4]},
+            "matt": {"model": "phong", "diffuse": [0.2, 0.3, 0.4], "ambient": [0, 0, 0]},
+            "mirror": {"model": "blinn-phong", "diffuse": [0, 0, 0], "ambient": [0, 0, 0],
+                       "specular": [0.75] * 3, "shininess": 10, "reflection": [0.75] * 3},
+            "glass": {"model": "blinn-phong", "diffuse": [0, 0, 0], "ambient": [0, 0, 0], "specular": [0.25] * 3,
+                      "shininess": 10, "reflection": [0.25] * 3, "transmission": [0.75, 0.375, 0.375], "ior": 1.25}})
+        self.assertEqual([one["material"] for one in scene["objects"]], list(scene["materials"]))
+        self.assertEqual(scene["meshes"]["red"]["positions"], SQUARE)
+        self.assertEqual(scene["meshes"]["red"]["normals"], [0, 0, 1] * 4)
+        self.assertEqual(scene["meshes"]["red"]["indices"], [0, 1, 2, 0, 2, 3])
+        self.assertEqual(self.shade("check", "scene.json").returncode, 0)
+        scene, said = self.load("model.obj", OBJ, "--phong")
+        self.assertEqual({m["model"] for m in scene["materials"].values()}, {"phong"})
+        self.assertIn("by Phong: deltaE2000", said)
+
+    def test_the_default_camera_frames_all(self):
+        self.load("model.obj", "v 10 10 10\nv 12 10 10\nv 12 13 10\nv 10 10 14\nf 1 2 3\nf 1 2 4\nf 2 3 4\nf 1 3 4\n")
+        self.assertEqual(self.shade("render", "scene.json", "-o", "out.png").returncode, 0)
+        with Image.open(self.folder / "out.png") as image:
+            seen = np.asarray(image.convert("L")) > 0
+        rows, columns = np.nonzero(seen)
+        margins = [rows.min(), 511 - rows.max(), columns.min(), 511 - columns.max()]
+        self.assertGreater(min(margins), 0)
+        self.assertLess(min(margins), 100)
+
+    def check_gltf(self, name, data):
+        scene, said = self.load(name, data)
+        self.assertIn("deltaE2000", said)
+        self.assertEqual(list(scene["meshes"]), ["plate-0", "plate-1"])
+        self.assertEqual(scene["meshes"]["plate-0"], {"positions": SQUARE, "normals": [0, 0, 1] * 4,
+                                                      "indices": [0, 1, 2, 0, 2, 3]})
+        self.assertNotIn("normals", scene["meshes"]["plate-1"])
+        objects = scene["objects"]
+        self.assertEqual([(one["name"], one["mesh"], one["material"]) for one in objects],
+                         [("large", "plate-0", "gold"), ("large", "plate-1", "paper"),
+                          ("turned", "plate-0", "gold"), ("turned", "plate-1", "paper")])
+        self.assertEqual(objects[0]["transform"]["matrix"], [2, 0, 0, 0, 0, 2, 0, 0, 0, 0, 2, 0, 0, 0, 1, 1])
+        np.testing.assert_allclose(objects[2]["transform"]["matrix"],
+                                   [0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 1, 1], atol=1e-6)
+        camera = scene["camera"]
+        self.assertEqual((camera["type"], camera["position"], camera["target"], camera["up"]),
+                         ("perspective", [0.5, 0.5, 6], [0.5, 0.5, 5], [0, 1, 0]))
+        self.assertAlmostEqual(camera["fov"], math.degrees(0.7), 4)
+        self.assertEqual(scene["image"], {"width": 512, "height": 341})
+        point, spot, sun = scene["lights"]
+        self.assertEqual((point["type"], point["color"], point["position"], point["attenuation"]),
+                         ("point", [1, 0.5, 0.25], [1, 2, 4], [0, 0, 1]))
+        self.assertAlmostEqual(point["intensity"], 20 / math.pi, 5)
+        self.assertEqual((spot["type"], spot["direction"], spot["position"]), ("spot", [0, 0, -1], [0, 0, 1]))
+        self.assertAlmostEqual(spot["angle"], math.degrees(0.5), 4)
+        self.assertAlmostEqual(spot["penumbra"], 0.6, 5)
+        np.testing.assert_allclose(sun["direction"], [0, -1, 0], atol=1e-6)
+        gold, paper = scene["materials"]["gold"], scene["materials"]["paper"]
+        self.assertEqual((gold["model"], gold["fresnel"], gold["emissive"]),
+                         ("cook-torrance", {"f0": [1, 0.75, 0.25]}, [0.125, 0, 0]))
+        self.assertEqual(paper, {"model": "phong", "diffuse": [0, 0, 0], "ambient": [0, 0, 0],
+                                 "emissive": [0.25, 0.5, 1], "opacity": 0.5})
+        self.assertEqual(self.shade("check", "scene.json").returncode, 0)
+
+    def test_gltf_with_its_transforms_cameras_and_lights(self):
+        self.check_gltf("model.gltf", embedded())
+
+    def test_glb(self):
+        self.check_gltf("model.glb", glb())
+
+    def test_gltf_names_its_buffer_beside_it(self):
+        document, data = gltf()
+        (self.folder / "b.bin").write_bytes(data)
+        document["buffers"][0]["uri"] = "b.bin"
+        scene, _ = self.load("model.gltf", json.dumps(document))
+        self.assertEqual(scene["meshes"]["plate-0"]["positions"], SQUARE)
+
+    def test_ply_and_stl(self):
+        scene, _ = self.load("model.ply", PLY)
+        self.assertEqual([one["positions"] for one in scene["meshes"].values()], [SQUARE])
+        self.assertEqual([one["indices"] for one in scene["meshes"].values()], [[0, 1, 2, 0, 2, 3]])
+        scene, _ = self.load("model.STL", STL)
+        self.assertEqual([one["positions"] for one in scene["meshes"].values()], [SQUARE[:9]])
+        self.assertEqual(self.shade("check", "scene.json").returncode, 0)
+
+    def test_meshes_go_to_a_folder_by_their_digest(self):
+        scene, said = self.load("model.glb", glb(), "--assets", "meshes")
+        self.assertIn("curl -fT", said)
+        names = {one["data"].removeprefix("sha256-") for one in scene["meshes"].values()}
+        self.assertEqual(names, {path.name for path in (self.folder / "meshes").iterdir()})
+        for name in names:
+            data = (self.folder / "meshes" / name).read_bytes()
+            self.assertEqual(hashlib.sha256(data).hexdigest(), name)
+        first = (self.folder / "meshes" / scene["meshes"]["plate-0"]["data"][7:]).read_bytes()
+        self.assertEqual(first, struct.pack("<3I24f6I", 4, 6, 1, *SQUARE, *[0, 0, 1] * 4, 0, 1, 2, 0, 2, 3))
+
+    def test_names_are_made_fit_and_apart(self):
+        materials = [{"name": name} for name in ("a#1", "a_1", "b" * 100, "b" * 99, "c\"\\\u0007é", "")]
+        primitives = [{"attributes": {"POSITION": 0}, "indices": 2, "material": i} for i in range(len(materials))]
+        scene, _ = self.load("model.glb", glb(materials=materials, meshes=[{"primitives": primitives}]))
+        self.assertEqual(list(scene["materials"])[:2], ["a_1", "a_1#1"])
+        self.assertEqual(len(scene["materials"]), 6)
+        self.assertIn("c\"\\_é", scene["materials"])
+        self.assertEqual(self.shade("check", "scene.json").returncode, 0)
+
+    def test_usage(self):
+        for words in (["model.fbx", "-o", "x.json"], ["model.obj"], ["-o", "x.json"], ["a.obj", "b.obj", "-o", "x"]):
+            self.assertEqual(self.shade("import", *words).returncode, 2)
+        self.assertEqual(self.shade("render", "--phong", "x.json", "-o", "x.png").returncode, 2)
+        self.assertEqual(self.shade("import", "none.obj", "-o", "x.json").returncode, 1)
+
+
+# ---- How near the fits are ----
+
+def srgb(linear):
+    linear = np.clip(linear, 0, 1)
+    return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+
+
+class Fit(Case):
+    """The renderer's own picture of a sphere against a direct evaluation of what the file means."""
+
+    SIDE = 48
+
+    def sphere(self, material):
+        scene = {"camera": {"type": "orthographic", "position": [0, 0, 4], "height": 2},
+                 "image": {"width": self.SIDE, "height": self.SIDE, "samples": 1},
+                 "lights": [{"type": "directional", "direction": [-1, -1, -1]}],
+                 "objects": [{"type": "sphere", "material": material}]}
+        (self.folder / "sphere.json").write_text(json.dumps(scene))
+        done = self.shade("render", "sphere.json", "-o", "sphere.png")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with Image.open(self.folder / "sphere.png") as image:
+            return np.asarray(image.convert("RGB")) / 255
+
+    def stand(self):
+        x = (np.arange(self.SIDE) + 0.5) / self.SIDE * 2 - 1
+        x, y = np.meshgrid(x, -x)
+        inside = x * x + y * y < 0.98
+        z = np.sqrt(np.maximum(1 - x * x - y * y, 1e-9))
+        light = np.ones(3) / math.sqrt(3)
+        half = light + [0, 0, 1]
+        half /= np.linalg.norm(half)
+        dot = lambda v: x * v[0] + y * v[1] + z * v[2]
+        return inside, np.maximum(dot(light), 0), z, np.maximum(dot(half), 0), half[2]
+
+    def test_gltf_spheres_look_alike(self):
+        inside, nl, nv, nh, vh = self.stand()
+        for base, metal, rough, most in (([1, 0.75, 0.25], 1, 0.4, 0.03), ([0.8, 0.1, 0.1], 0, 0.5, 0.005),
+                                         ([0.5, 0.6, 0.7], 0.5, 0.8, 0.01)):
+            material = {"name": "m", "pbrMetallicRoughness": {
+                "baseColorFactor": [*base, 1], "metallicFactor": metal, "roughnessFactor": rough}}
+            a2 = rough ** 4
+            smith = lambda c: 2 * c / (c + np.sqrt(a2 + (1 - a2) * c * c))
+            lobe = a2 / (nh * nh * (a2 - 1) + 1) ** 2 * smith(nl) * smith(nv) / (4 * nv) * (nl > 0)
+            f0 = 0.04 + (np.array(base) - 0.04) * metal
+            fresnel = f0 + (1 - f0) * (1 - vh) ** 5
+            wanted = (1 - fresnel) * np.array(base) * (1 - metal) * nl[..., None] + fresnel * lobe[..., None]
+            for words in ((), ("--phong",)):
+                scene, said = self.load("m.glb", glb(materials=[material, material]), *words)
+                got = self.sphere(scene["materials"]["m"])
+                off = np.abs(got - srgb(wanted))[inside].mean()
+                self.assertLess(off, most, said)
+                self.assertGreater(off, 0)
+
+    def three(self, **members):
+        material = {"metadata": {"type": "Material"}, "type": "MeshPhongMaterial", "name": "t", "color": 0x8040c0,
+                    "specular": 0x404040, "shininess": 30, **members}
+        return json.dumps(material)
+
+    def test_three_js_is_blinn_phong(self):
+        inside, nl, _, nh, vh = self.stand()
+        scene, said = self.load("t.json", self.three())
+        self.assertIn("three.js's Blinn-Phong by Blinn-Phong: deltaE2000", said)
+        self.assertEqual(scene["materials"]["t"]["model"], "blinn-phong")
+        decode = lambda code: ((code / 255 + 0.055) / 1.055) ** 2.4
+        color, specular = np.array([decode(c) for c in (0x80, 0x40, 0xc0)]), decode(0x40)
+        fresnel = specular + (1 - specular) * (1 - vh) ** 5
+        wanted = (color + (fresnel * 0.25 * (30 / 2 + 1) * nh ** 30)[..., None]) * nl[..., None]
+        off = np.abs(self.sphere(scene["materials"]["t"]) - srgb(wanted))[inside]
+        self.assertLess(off.mean(), 0.006)
+        scene, said = self.load("t.json", self.three(map="x", opacity=0.5, transparent=True), "--phong")
+        self.assertIn("by Phong", said)
+        self.assertIn("left out: map", said)
+        self.assertEqual((scene["materials"]["t"]["model"], scene["materials"]["t"]["opacity"]), ("phong", 0.5))
+
+    def test_three_js_refusals(self):
+        for text, words in (("{", "expected"), ("[]", "no object"), ("{}", "no material"),
+                            ('{"type": "SpriteMaterial"}', "SpriteMaterial is not known")):
+            self.assertIn(words, self.refuse("t.json", text))
+
+
+class Hostile(Case):
+    def test_files_that_are_none(self):
+        for name in ("a.obj", "a.gltf", "a.glb", "a.ply", "a.stl"):
+            said = self.refuse(name, b"\x7fELF" + bytes(range(256)))
+            self.assertIn(f"shade: cannot import '{name}': ", said)
+
+    def test_numbers_that_are_none(self):
+        self.refuse("a.ply", PLY.replace(struct.pack("<f", 1), struct.pack("<f", math.nan)))
+        self.refuse("a.gltf", embedded(materials=[{"pbrMetallicRoughness": {"metallicFactor": 7}}, {}]))
+        scene, said = self.load("b.gltf", embedded(nodes=[{"mesh": 0, "scale": [1, 0, 1]}]))
+        self.assertIn("no inverse", said)
+        self.assertEqual(scene["objects"], [])
+
+    def test_what_a_file_says_does_not_reach_the_terminal(self):
+        said = self.refuse("a.obj", b"v 1 \x1b[31m\xff 2\nf 1 1 1\n")
+        self.assertEqual([c for c in said[:-1] if not c.isprintable()], [])
+
+    def test_a_pipe_is_no_file(self):
+        os.mkfifo(self.folder / "a.obj")
+        done = self.shade("import", "a.obj", "-o", "scene.json")
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("no regular file", done.stderr)
+
+    def test_mutants_never_crash(self):
+        """A reader that crashes does so alone: an error of one line, and status 1."""
+        chance = random.Random(16)
+        kinds = [("a.obj", OBJ.encode()), ("a.gltf", embedded()), ("a.glb", glb()), ("a.ply", PLY), ("a.stl", STL)]
+        for round_ in range(1 if SANITIZED else 4):
+            for name, data in kinds:
+                mutant = bytearray(data)
+                for _ in range(1 + round_):
+                    at = chance.randrange(len(mutant))
+                    how = chance.randrange(3)
+                    if how == 0:
+                        mutant[at] = chance.randrange(256)
+                    elif how == 1:
+                        del mutant[at:at + chance.randrange(1, 9)]
+                    else:
+                        mutant[at:at] = mutant[max(0, at - 40):at]
+                (self.folder / name).write_bytes(mutant)
+                done = self.shade("import", name, "-o", "scene.json")
+                self.assertIn(done.returncode, (0, 1), (name, round_, done.stderr))
+                if done.returncode:
+                    self.assertRegex(done.stderr, rf"(?m)^shade: cannot import '{name}': ")
+                else:
+                    self.assertEqual(self.shade("check", "scene.json").returncode, 0, (name, round_))
+
+    @unittest.skipIf(SANITIZED, "sanitizers have limits of their own")
+    def test_deep_nodes_end_the_reader_alone(self):
+        count = 60000
+        nodes = [{"children": [i + 1]} for i in range(count)] + [{"mesh": 0}]
+        said = self.refuse("a.gltf", embedded(nodes=nodes))
+        self.assertIn("cannot import 'a.gltf'", said)
+
+
+if __name__ == "__main__":
+    unittest.main()
