@@ -1,0 +1,92 @@
+#include "decode/decode.h"
+
+#include <stdlib.h>
+
+bool shd_decode_takes_oiio(shd_format format) {
+    return format == SHD_TIFF || format == SHD_EXR || format == SHD_HDR;
+}
+
+shd_status shd_decode_admit(const shd_decoder *decoder, const shd_decoded *picture,
+                            shd_error *error) {
+    if (picture->width < 1 || picture->height < 1)
+        return shd_fail(error, SHD_SCENE, "", "the picture has no pixels");
+    if ((size_t)picture->width > decoder->most / (size_t)picture->height)
+        return shd_fail(error, SHD_LIMIT, "",
+                        "the picture has %d x %d pixels; the limit `pixels` is %zu", picture->width,
+                        picture->height, decoder->most);
+    if (decoder->admit && !decoder->admit(decoder->context, picture))
+        return shd_fail(error, SHD_CANCELLED, "", "it was left");
+    return SHD_OK;
+}
+
+void *shd_decode_room(const shd_decoded *picture, size_t *bytes) {
+    const size_t pixel = (size_t)picture->count * shd_decoded_sample(picture->depth);
+    if (__builtin_mul_overflow((size_t)picture->width * pixel, (size_t)picture->height, bytes))
+        return NULL;
+    return malloc(*bytes);
+}
+
+/* ---- By OpenImageIO ---- */
+
+typedef struct asking {
+    const shd_decoder *decoder;
+    shd_decoded *picture;
+    shd_status status;
+    shd_error *error;
+} asking;
+
+static void take_head(const shd_oiio_decoding *from, shd_decoded *to) {
+    *to = (shd_decoded){.width = from->width,
+                        .height = from->height,
+                        .count = from->count,
+                        .alpha = from->alpha,
+                        .associated = from->associated,
+                        .depth = (int32_t)from->depth};
+}
+
+static bool admit_oiio(void *context, const shd_oiio_decoding *decoding) {
+    asking *a = context;
+    take_head(decoding, a->picture);
+    a->status = shd_decode_admit(a->decoder, a->picture, a->error);
+    return a->status == SHD_OK;
+}
+
+static shd_status decode_by_oiio(const shd_decoder *decoder, const char *suffix,
+                                 const unsigned char *data, size_t size, shd_decoded *picture,
+                                 void **samples, shd_error *error) {
+    asking a = {decoder, picture, SHD_OK, error};
+    shd_oiio_decoding decoding = {.abi = sizeof decoding,
+                                  .data = data,
+                                  .size = size,
+                                  .suffix = suffix,
+                                  .admit = admit_oiio,
+                                  .context = &a};
+    char text[256] = "";
+    const int failed = decoder->oiio(&decoding, text, sizeof text);
+    if (a.status != SHD_OK) return a.status;
+    if (failed == 1) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    if (failed) return shd_fail(error, SHD_SCENE, "", "%s", text);
+    *samples = decoding.samples;
+    return SHD_OK;
+}
+
+/* ---- All formats ---- */
+
+shd_status shd_decode(const shd_decoder *decoder, const unsigned char *data, size_t size,
+                      shd_decoded *picture, void **samples, shd_error *error) {
+    static shd_decode_fn *const own[SHD_FORMAT_COUNT] = {
+        [SHD_PNG] = shd_decode_png, [SHD_JPEG] = shd_decode_jpeg, [SHD_WEBP] = shd_decode_webp};
+    static const char *const suffixes[SHD_FORMAT_COUNT] = {
+        [SHD_TIFF] = "tif", [SHD_EXR] = "exr", [SHD_HDR] = "hdr"};
+    const shd_format format = shd_format_sniff(data, size);
+    *picture = (shd_decoded){0};
+    *samples = NULL;
+    if (format == SHD_FORMAT_COUNT)
+        return shd_fail(error, SHD_SCENE, "",
+                        "it begins as no PNG, JPEG, WebP, TIFF, OpenEXR or Radiance HDR does");
+    if (own[format]) return own[format](decoder, data, size, picture, samples, error);
+    if (decoder->oiio)
+        return decode_by_oiio(decoder, suffixes[format], data, size, picture, samples, error);
+    return shd_fail(error, SHD_SCENE, "", "OpenImageIO is not installed, which reads %s",
+                    suffixes[format]);
+}
