@@ -316,8 +316,9 @@ shd_status shd_request_diff(shd_request *a, const shd_request *b, const shd_diff
                             shd_diff *out, char **json, unsigned char **map, size_t *map_size,
                             shd_error *error);
 
-/* Reads two scenes instead of one: {"a": {...}, "b": {...}, "pixelsPerDegree": 67}. Each may take
- * half of the limit `memory`. Returns the report's status. */
+/* Reads two scenes instead of one: {"a": {...}, "b": {...}, "pixelsPerDegree": 67}, or pictures
+ * that are kept or have a name: {"a": "sha256-...", ...}. Each may take half of the limit `memory`.
+ * Returns the report's status. */
 shd_status shd_request_read_pair(shd_request *request, const char *json, size_t length);
 
 /* After that: compares their pictures, and tells how far they are apart, as JSON or as the map. */

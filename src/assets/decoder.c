@@ -17,10 +17,13 @@
 
 extern char **environ;
 
-/* What a format's library takes before there is a pixel, and how many copies of a picture's samples
- * decoding takes: progressive JPEG has as many coefficients, in 16 bits, and OpenImageIO strips
- * beside the whole. */
-static const uint64_t head_memory = 64 << 20, copies = 4;
+/* What a library may take before there is a pixel, and then beside the samples: OpenImageIO asks
+ * for 64 MB whatever it reads, and hardly touches them. Decoding may take so many copies of the
+ * samples: progressive JPEG has as many coefficients, in 16 bits, and TIFF may be one strip. */
+static const uint64_t head_most = 64 << 20, rest_most = 160 << 20, copies_most = 4;
+
+/* What is counted as its memory: libraries, and copies. */
+static const uint64_t small_libraries = 8 << 20, large_libraries = 64 << 20, copies = 3;
 
 /* Seconds from its start to its end, and how often it is looked whether the work is cancelled. */
 static const double seconds_most = 30;
@@ -215,7 +218,7 @@ static shd_status hear_samples(const child *c, const shd_decoded *picture, uint6
     const shd_decode_job *job = c->job;
     const size_t bytes = (size_t)picture->width * (size_t)picture->height * (size_t)picture->count *
                          shd_decoded_sample(picture->depth);
-    const shd_decode_go go = {.memory = job->size + head_memory + copies * bytes};
+    const shd_decode_go go = {.memory = job->size + rest_most + copies_most * bytes};
     shd_decode_told told;
     void *room = job->room(job->context, picture, bytes, error);
     if (!room) return error->status;
@@ -234,7 +237,7 @@ static shd_status talk(const child *c, shd_decoded *out, uint64_t *taken, shd_er
     const shd_decode_ask ask = {.abi = sizeof(shd_decode_told),
                                 .size = job->size,
                                 .most = job->most,
-                                .memory = job->size + head_memory};
+                                .memory = job->size + head_most};
     shd_decode_told told;
     shd_status status = say(c, &ask, sizeof ask, error);
     if (status == SHD_OK) status = say(c, job->data, job->size, error);
@@ -248,7 +251,9 @@ shd_status shd_decode_file(const shd_decode_job *job, shd_decoded *out, shd_erro
     shd_error here;
     if (!error) error = &here;
     child c;
-    uint64_t taken = job->size + head_memory;
+    const shd_format format = shd_format_sniff(job->data, job->size);
+    uint64_t taken =
+        job->size + (shd_format_takes_oiio(format) ? large_libraries : small_libraries);
     shd_status status = take_memory(job, taken, error);
     if (status != SHD_OK) return status;
     status = start(job, &c, error);

@@ -63,3 +63,7 @@ shd_format shd_format_sniff(const unsigned char *data, size_t size) {
             return marks[i].format;
     return SHD_FORMAT_COUNT;
 }
+
+bool shd_format_takes_oiio(shd_format format) {
+    return format == SHD_TIFF || format == SHD_EXR || format == SHD_HDR;
+}

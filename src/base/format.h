@@ -37,5 +37,8 @@ bool shd_format_find(const char *name, shd_format *out);
 /* The format of a file that begins with these bytes; SHD_FORMAT_COUNT: none of these. */
 shd_format shd_format_sniff(const unsigned char *data, size_t size);
 
+/* Whether OpenImageIO reads and writes it here. */
+bool shd_format_takes_oiio(shd_format format);
+
 /* "8", "16", "half", "float". */
 const char *shd_depth_name(shd_depth depth);

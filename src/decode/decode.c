@@ -1,31 +1,5 @@
 #include "decode/decode.h"
 
-#include <stdlib.h>
-
-bool shd_decode_takes_oiio(shd_format format) {
-    return format == SHD_TIFF || format == SHD_EXR || format == SHD_HDR;
-}
-
-shd_status shd_decode_admit(const shd_decoder *decoder, const shd_decoded *picture,
-                            shd_error *error) {
-    if (picture->width < 1 || picture->height < 1)
-        return shd_fail(error, SHD_SCENE, "", "the picture has no pixels");
-    if ((size_t)picture->width > decoder->most / (size_t)picture->height)
-        return shd_fail(error, SHD_LIMIT, "",
-                        "the picture has %d x %d pixels; the limit `pixels` is %zu", picture->width,
-                        picture->height, decoder->most);
-    if (decoder->admit && !decoder->admit(decoder->context, picture))
-        return shd_fail(error, SHD_CANCELLED, "", "it was left");
-    return SHD_OK;
-}
-
-void *shd_decode_room(const shd_decoded *picture, size_t *bytes) {
-    const size_t pixel = (size_t)picture->count * shd_decoded_sample(picture->depth);
-    if (__builtin_mul_overflow((size_t)picture->width * pixel, (size_t)picture->height, bytes))
-        return NULL;
-    return malloc(*bytes);
-}
-
 /* ---- By OpenImageIO ---- */
 
 typedef struct asking {

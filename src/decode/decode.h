@@ -13,9 +13,6 @@
 #include "decode/wire.h"
 #include "image/oiio.h"
 
-/* Whether the format takes OpenImageIO. */
-bool shd_decode_takes_oiio(shd_format format);
-
 typedef struct shd_decoder {
     size_t most;              /* pixels */
     shd_oiio_decode_fn *oiio; /* the module's; NULL: it is not there */

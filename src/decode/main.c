@@ -138,7 +138,7 @@ int main(void) {
         leave();
     unsigned char *data = malloc(ask.size ? ask.size : 1);
     if (!data || !read_whole(data, ask.size)) leave();
-    const bool takes_oiio = shd_decode_takes_oiio(shd_format_sniff(data, ask.size));
+    const bool takes_oiio = shd_format_takes_oiio(shd_format_sniff(data, ask.size));
     const shd_decoder decoder = {
         .most = ask.most, .oiio = takes_oiio ? load_oiio() : NULL, .admit = admit};
     drop_files();

@@ -304,6 +304,11 @@ int find_channels(const OIIO::ImageSpec &spec, int channels[4], bool *alpha) {
     return count;
 }
 
+/* Of a picture that was opened with the wish for straight colors. */
+bool is_associated(const OIIO::ImageSpec &spec, bool alpha) {
+    return alpha && !spec.get_int_attribute("oiio:UnassociatedAlpha");
+}
+
 void read_picture(shd_oiio_file &file) {
     OIIO::ImageSpec straight;
     straight.attribute("oiio:UnassociatedAlpha", 1);
@@ -319,6 +324,7 @@ void read_picture(shd_oiio_file &file) {
     if (file.width && (spec.width != file.width || spec.height != file.height)) return;
     int channels[4];
     file.count = find_channels(spec, channels, &file.alpha);
+    file.associated = is_associated(spec, file.alpha);
     const OIIO::TypeDesc type = spec.channelformat(channels[0]);
     file.depth = type == OIIO::TypeDesc::UINT8    ? SHD_U8
                  : type == OIIO::TypeDesc::UINT16 ? SHD_U16
@@ -356,7 +362,7 @@ void decode_picture(shd_oiio_decoding &d) {
     d.height = spec.height;
     int channels[4];
     d.count = find_channels(spec, channels, &d.alpha);
-    d.associated = d.alpha && !spec.get_int_attribute("oiio:UnassociatedAlpha");
+    d.associated = is_associated(spec, d.alpha);
     const int first = *std::min_element(channels, channels + d.count),
               last = *std::max_element(channels, channels + d.count) + 1, read = last - first;
     if (read > most_channels)

@@ -50,8 +50,9 @@ typedef struct shd_oiio_file {
     int width, height; /* what is expected: others are not read */
     size_t most;       /* pixels, where the width is 0: any size up to that is */
     int found_width, found_height;
-    int count;  /* 1 to 4 */
-    bool alpha; /* the last of them is alpha */
+    int count;       /* 1 to 4 */
+    bool alpha;      /* the last of them is alpha */
+    bool associated; /* colors are multiplied by it */
     shd_depth depth;
     float *values; /* malloc: [height][width][count], integers in [0,1]; straight alpha where the
                     * format has that. NULL: the size is another one */
