@@ -13,10 +13,11 @@ static shd_status fail_jpeg(tjhandle reader, shd_error *error) {
 static shd_status decode_jpeg_with(tjhandle reader, const shd_decoder *decoder,
                                    const unsigned char *data, size_t size, shd_decoded *picture,
                                    void **samples, shd_error *error) {
-    int width, height, sampling, space;
+    int width = 0, height = 0, sampling, space = -1; /* of tables alone nothing is told */
     size_t bytes;
     if (tjDecompressHeader3(reader, data, size, &width, &height, &sampling, &space))
         return fail_jpeg(reader, error);
+    if (width < 1) return shd_fail(error, SHD_SCENE, "", "JPEG: there is no picture in it");
     if (space == TJCS_CMYK || space == TJCS_YCCK)
         return shd_fail(error, SHD_SCENE, "", "JPEG: it is of inks (CMYK), not of light");
     const bool grey = space == TJCS_GRAY;
