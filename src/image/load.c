@@ -32,12 +32,8 @@ static void find_module(void) {
     if (!shd_find_installed(module_name, R_OK, module_path)) *module_path = 0;
 }
 
-static bool takes_module(shd_format format) {
-    return format == SHD_TIFF || format == SHD_EXR || format == SHD_HDR;
-}
-
 bool shd_image_writes(shd_format format) {
-    if (!takes_module(format)) return true;
+    if (!shd_format_takes_oiio(format)) return true;
     pthread_once(&find_once, find_module);
     return *module_path && !atomic_load(&incomplete);
 }
@@ -179,7 +175,7 @@ static shd_status load_within(shd_budget *budget, const atomic_bool *cancelled, 
 
 shd_status shd_image_prepare(shd_format format, shd_budget *budget, const atomic_bool *cancelled,
                              shd_error *error) {
-    if (!takes_module(format)) return SHD_OK;
+    if (!shd_format_takes_oiio(format)) return SHD_OK;
     shd_status status = SHD_OK;
     pthread_mutex_lock(&load_mutex);
     /* One of those who wait takes the memory. Where that one leaves, another does. */
