@@ -87,7 +87,8 @@ typedef struct cli_options {
     bool compares; /* --fail-above or --density is given */
     cli_above above[CLI_ABOVE_MOST];
     size_t above_count;
-    double density; /* --density; 0: not given */
+    double density;     /* --density; 0: not given */
+    const char *object; /* --object; NULL: not given */
     shd_engine_options engine;
 } cli_options;
 
@@ -117,6 +118,11 @@ bool cli_take_above(const char *text, cli_options *options);
 
 /* Tells how far two pictures are apart, each of a file or a scene. Returns the exit status. */
 int cli_diff(const char *const paths[2], const cli_options *options);
+
+/* ---- fit.c ---- */
+
+/* Tells the coefficients of a material in a photo of a scene. Returns the exit status. */
+int cli_fit(const char *photo, const char *scene, const cli_options *options);
 
 /* ---- link.c ---- */
 

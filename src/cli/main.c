@@ -38,6 +38,9 @@ static const char help_text[] =
     "                                       and FLIP. A and B are files (png, jpg, webp, tif, "
     "taken\n"
     "                                       for sRGB) or scenes (json); MAP shows FLIP's errors\n"
+    "  shade fit PHOTO SCENE.json           find the coefficients of a material from a photo of "
+    "its\n"
+    "                                       scene, as JSON, with what its light does not tell\n"
     "  shade check SCENE.json...            say what is wrong with scenes; silent if nothing is\n"
     "\n"
     "  -o, --output OUT   where the picture goes. Its suffix (png, jpg, webp, tif, exr, hdr)\n"
@@ -55,6 +58,8 @@ static const char help_text[] =
     "                     or with .mean .p50 .p95 .p99 .max), alpha; may be given several times\n"
     "      --density N    pixels a degree of sight that FLIP reckons with, 10 to 400 (default: "
     "67)\n"
+    "      --object NAME  whose material a fit finds: its `name`, or its number from 0 on; needed\n"
+    "                     if objects have several materials\n"
     "      --threads N    threads to render with (default: as processors allow)\n"
     "      --kernel NAME  portable, avx2, avx512 or neon: instructions to render with (default:\n"
     "                     auto, the widest there are; the picture is the same)\n"
@@ -76,7 +81,7 @@ static const char help_text[] =
     "not that of the scene, or farther apart than --fail-above says; 2 the command line is "
     "wrong.\n";
 
-#define COMMANDS "render, explain, compare, analyze, brdf, link, batch, verify, diff or check"
+#define COMMANDS "render, explain, compare, analyze, brdf, link, batch, verify, diff, fit or check"
 
 static int print_and_exit(const char *text) {
     return cli_write_stdout(text, strlen(text)) ? CLI_DONE : CLI_FAILED;
@@ -144,7 +149,8 @@ enum {
     OPTION_SEED,
     OPTION_TOLERANCE,
     OPTION_FAIL_ABOVE,
-    OPTION_DENSITY
+    OPTION_DENSITY,
+    OPTION_OBJECT
 };
 
 /* Those of diff. As take_option. */
@@ -219,6 +225,9 @@ static int take_option(int option, const char *value, cli_options *options) {
     case OPTION_FAIL_ABOVE:
     case OPTION_DENSITY:
         return take_comparison(option, value, options);
+    case OPTION_OBJECT:
+        options->object = value;
+        return -1;
     case 'h':
         return print_and_exit(help_text);
     case 'V':
@@ -246,6 +255,7 @@ static int read_options(int argc, char **argv, cli_options *options, size_t *cou
         {"tolerance", required_argument, NULL, OPTION_TOLERANCE},
         {"fail-above", required_argument, NULL, OPTION_FAIL_ABOVE},
         {"density", required_argument, NULL, OPTION_DENSITY},
+        {"object", required_argument, NULL, OPTION_OBJECT},
         {"help", no_argument, NULL, 'h'},
         {"version", no_argument, NULL, 'V'},
         {NULL, 0, NULL, 0},
@@ -277,6 +287,11 @@ static int run_other(const char *name, const char *const *scenes, size_t count,
             return cli_usage("stdin is one scene, not two");
         return cli_diff(scenes, options);
     }
+    if (!strcmp(name, "fit")) {
+        if (options->output) return cli_usage("fit writes to stdout: -o has no place here");
+        if (count != 2) return cli_usage("fit wants a photo and a scene, not %zu", count);
+        return cli_fit(scenes[0], scenes[1], options);
+    }
     if (!strcmp(name, "link")) {
         if (options->output) return cli_usage("link writes to stdout: -o has no place here");
         if (count != 1) return cli_usage("link wants one scene, not %zu", count);
@@ -304,6 +319,7 @@ static int run_command(const char *name, const char *const *scenes, size_t count
         return cli_usage("--pixels, --seed and --tolerance are for verify");
     if (options->compares && strcmp(name, "diff"))
         return cli_usage("--fail-above and --density are for diff");
+    if (options->object && strcmp(name, "fit")) return cli_usage("--object is for fit");
     const int other = run_other(name, scenes, count, options);
     if (other >= 0) return other;
     if (command == CLI_COMMANDS) return cli_usage("unknown command '%s': " COMMANDS, name);
