@@ -8,57 +8,6 @@ enum { GRID = 32, ROUNDS = 6, STARTS = 2 };
  * left: a chance of 1e-4 under independent errors. */
 static const double HIGHLIGHT = 24;
 
-/* ---- Sums ---- */
-
-shd_status shd_fit_cancelled(shd_error *error) {
-    return shd_fail(error, SHD_CANCELLED, "", "the fit was cancelled");
-}
-
-static shd_status sum_base(shd_fitting *f, shd_error *error) {
-    const shd_fit_rows *rows = f->rows;
-    memset(f->base, 0, sizeof f->base);
-    for (size_t i = 0; i < 3 * rows->count; i++) {
-        if (shd_is_cancelled_at(f->cancelled, i)) return shd_fit_cancelled(error);
-        const double w = (double)rows->weight[i], ww = w * w, y = (double)rows->light[i],
-                     d = (double)rows->diffuse[i];
-        shd_products *p = &f->base[i % 3];
-        p->columns[0][0] += ww;
-        p->columns[0][1] += ww * d;
-        p->columns[1][1] += ww * d * d;
-        p->values[0] += ww * y;
-        p->values[1] += ww * d * y;
-        p->square += ww * y * y;
-    }
-    for (int c = 0; c < 3; c++) f->base[c].columns[1][0] = f->base[c].columns[0][1];
-    return SHD_OK;
-}
-
-shd_status shd_fit_add_lobe(const shd_fitting *f, const float *lobe, shd_products out[3],
-                            shd_error *error) {
-    const shd_fit_rows *rows = f->rows;
-    memcpy(out, f->base, sizeof f->base);
-    for (size_t i = 0; i < 3 * rows->count; i++) {
-        if (shd_is_cancelled_at(f->cancelled, i)) return shd_fit_cancelled(error);
-        const double w = (double)rows->weight[i], ws = w * w * (double)lobe[i];
-        shd_products *p = &out[i % 3];
-        p->columns[0][2] += ws;
-        p->columns[1][2] += ws * (double)rows->diffuse[i];
-        p->columns[2][2] += ws * (double)lobe[i];
-        p->values[2] += ws * (double)rows->light[i];
-    }
-    for (int c = 0; c < 3; c++) {
-        out[c].columns[2][0] = out[c].columns[0][2];
-        out[c].columns[2][1] = out[c].columns[1][2];
-    }
-    return SHD_OK;
-}
-
-double shd_fit_solve(shd_candidate *k) {
-    k->rest = 0;
-    for (int c = 0; c < 3; c++) k->rest += shd_least_squares(&k->products[c], k->x[c]);
-    return k->rest;
-}
-
 /* Solves for `count` exponents, evenly from `first` on. Their lobes stay in the scratch. */
 static shd_status try_some(const shd_fitting *f, double first, double step, size_t count,
                            shd_candidate out[], shd_error *error) {
@@ -162,7 +111,7 @@ shd_status shd_phong_fit_find(const shd_fit_rows *rows, shd_fit_lobes *lobes, vo
     shd_candidate best;
     double flattest;
     shd_phong_fit found = {.doubt = SHD_FIT_SURE};
-    shd_status status = sum_base(&f, error);
+    shd_status status = shd_fit_sum_base(&f, error);
     if (status == SHD_OK) status = search(&f, &best, &flattest, error);
     if (status != SHD_OK) return status;
     count_rows(&f, &found);

@@ -30,6 +30,9 @@ shd_status shd_fit_cancelled(shd_error *error);
 /* The variance of what is left of a row with weight 1, after so many parameters. */
 double shd_fit_variance(const shd_fitting *f, double rest, size_t rows, int parameters);
 
+/* Sums what no highlight has part in: f->base. SHD_CANCELLED. */
+shd_status shd_fit_sum_base(shd_fitting *f, shd_error *error);
+
 /* Adds a lobe to the base's sums: out[3]. SHD_CANCELLED. */
 shd_status shd_fit_add_lobe(const shd_fitting *f, const float *lobe, shd_products out[3],
                             shd_error *error);
