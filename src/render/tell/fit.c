@@ -3,6 +3,7 @@
  * The scene is rendered with coefficients of 1, term by term and exponent by exponent: these
  * pictures add up to what the photo shows, once its output's colors are undone. Pixels that are the
  * object's alone count; what is beside its edges is nobody's business. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -120,6 +121,23 @@ static shd_status see(shd_request *request, seeing *s, shd_error *error) {
     return SHD_OK;
 }
 
+/* Where no light strikes, a thing is of one color. If all these pixels have one code, its rounding
+ * is one error and no mean of many: together they weigh as much as one. */
+static void weigh_shadow(const shd_photo *photo, const float *diffuse) {
+    for (size_t c = 0; c < 3; c++) {
+        size_t count = 0, first = 0;
+        bool alike = !photo->exact;
+        for (size_t i = c; i < 3 * photo->count && alike; i += 3) {
+            if (diffuse[i] != 0 || !(photo->weight[i] > 0)) continue;
+            if (!count++) first = i;
+            alike = photo->light[i] == photo->light[first];
+        }
+        const float by = count ? (float)(1 / sqrt((double)count)) : 1;
+        for (size_t i = c; i < 3 * photo->count && alike && count > 1; i += 3)
+            if (diffuse[i] == 0) photo->weight[i] *= by;
+    }
+}
+
 static shd_status find_lobes(void *context, const double *exponents, size_t lobes, float **out,
                              shd_error *error) {
     seeing *s = context;
@@ -144,6 +162,7 @@ static shd_status fit(shd_request *request, seeing *s, shd_phong_fit *out, shd_e
     }
     for (size_t i = 0; i < photo->count && !shd_is_cancelled_at(r->cancelled, i); i++)
         memcpy(diffuse + 3 * i, s->diffuse + 3 * (size_t)photo->pixels[i], 3 * sizeof *diffuse);
+    weigh_shadow(photo, diffuse);
     const shd_fit_rows rows = {photo->count, photo->light, photo->weight, diffuse, photo->exact};
     return shd_phong_fit_find(&rows, find_lobes, s, scratch, r->cancelled, out, error);
 }
