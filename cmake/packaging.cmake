@@ -7,6 +7,8 @@ set(docdir ${CMAKE_INSTALL_DATAROOTDIR}/doc/shaded)
 
 # ---- The programs ----
 install(TARGETS shaded shade RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
+# What reads the pictures of strangers; the programs start it.
+install(TARGETS shaded-decode RUNTIME DESTINATION lib/shaded COMPONENT programs)
 install(TARGETS shaded_oiio LIBRARY DESTINATION lib/shaded COMPONENT openimageio)
 install(FILES config/shaded.conf DESTINATION ${docdir} COMPONENT programs)
 

@@ -35,13 +35,14 @@ typedef struct shd_engine_options {
     const char *ocio_config; /* path; NULL: the embedded configuration */
     /* Paths of files of materials, parted by blanks, beside the built-in ones; NULL: none. */
     const char *materials;
+    const char *assets; /* path of a folder of pictures that documents may name; NULL: none */
     const char *kernel; /* "portable", "avx2", "avx512", "neon"; NULL or "auto": the widest */
     unsigned threads;   /* workers; 0: as many as affinity and quota allow */
     size_t queue;       /* jobs that may wait in shd_engine_submit; 0: none is taken */
     /* Bytes of G-buffers and sums of light that are kept between requests; 0: none. Pictures are
      * the same, to the byte. */
     size_t reuse;
-    size_t mesh_store; /* bytes of meshes and scenes that are kept by their digest; 0: none */
+    size_t mesh_store; /* bytes of meshes, scenes and pictures that are kept; 0: none */
     /* All memory of requests and between them is taken from it; it outlives the engine; NULL:
      * endless. */
     shd_budget *budget;
@@ -56,7 +57,8 @@ shd_engine_options shd_engine_defaults(void);
  * the operator's is wrong, or if this machine lacks the kernel's instructions. */
 shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, shd_error *error);
 
-/* An engine with other limits, another color configuration and other materials, all read again. It
+/* An engine with other limits, another color configuration, other materials and other pictures of
+ * the operator, all read again. It
  * has the workers, the queue and the kernel of the first engine, which outlives its requests.
  * Requests of both engines may run side by side; each keeps to its own engine, which outlives it.
  */
@@ -137,6 +139,14 @@ shd_status shd_request_read(shd_request *request, const char *json, size_t lengt
  * already. */
 shd_status shd_request_keep_mesh(shd_request *request, const void *data, size_t length, bool binary,
                                  const shd_digest *digest, const char *client, bool *known);
+
+/* Decodes a file of a picture, and keeps it for later documents, which name it by "sha256-..." with
+ * the digest of these bytes. PNG, JPEG and WebP are read and, where OpenImageIO is installed, TIFF,
+ * OpenEXR and Radiance HDR; a process of its own does that, which needs shaded-decode to be
+ * installed. Returns the report's status: SHD_SCENE if it is no such picture. Otherwise as
+ * shd_request_keep_mesh. */
+shd_status shd_request_keep_asset(shd_request *request, const void *data, size_t length,
+                                  const shd_digest *digest, const char *client, bool *known);
 
 /* What of a scene document is kept for links to it: its bytes without the blanks between tokens,
  * and *digest is the SHA-256 of that. `json` is what was read. The text lives as long as the
@@ -306,8 +316,9 @@ shd_status shd_request_diff(shd_request *a, const shd_request *b, const shd_diff
                             shd_diff *out, char **json, unsigned char **map, size_t *map_size,
                             shd_error *error);
 
-/* Reads two scenes instead of one: {"a": {...}, "b": {...}, "pixelsPerDegree": 67}. Each may take
- * half of the limit `memory`. Returns the report's status. */
+/* Reads two scenes instead of one: {"a": {...}, "b": {...}, "pixelsPerDegree": 67}, or pictures
+ * that are kept or have a name: {"a": "sha256-...", ...}. Each may take half of the limit `memory`.
+ * Returns the report's status. */
 shd_status shd_request_read_pair(shd_request *request, const char *json, size_t length);
 
 /* After that: compares their pictures, and tells how far they are apart, as JSON or as the map. */
@@ -394,6 +405,9 @@ shd_reuse_load shd_engine_reuse(shd_engine *engine);
 
 /* Whether a mesh is kept. If so, it becomes the last to be forgotten. */
 bool shd_engine_has_mesh(shd_engine *engine, const shd_digest *digest);
+
+/* The same of a picture. */
+bool shd_engine_has_asset(shd_engine *engine, const shd_digest *digest);
 
 typedef struct shd_mesh_load {
     size_t cap, bytes, meshes; /* what is kept */

@@ -115,10 +115,26 @@ static void free_things(shd_store *store, shd_lru freed) {
     shd_budget_give(store->budget, bytes);
 }
 
+static size_t whole_of(size_t bytes) {
+    return (HEAD + bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+}
+
+static shd_status admit_whole(const shd_store *store, size_t whole, shd_error *error) {
+    const size_t most = store->load.cap / SHARE;
+    if (whole <= most) return SHD_OK;
+    shd_fail(error, SHD_LIMIT, "", "it takes %zu bytes; half of the limit `mesh-store` is %zu",
+             whole, most);
+    return shd_fail_limit(error, SHD_LIMIT_MESH_STORE);
+}
+
+shd_status shd_store_admit(const shd_store *store, size_t bytes, shd_error *error) {
+    return admit_whole(store, whole_of(bytes), error);
+}
+
 shd_status shd_stored_new(shd_store *store, shd_thing kind, const shd_digest *digest, size_t bytes,
                           shd_stored **out, shd_error *error) {
     assert(bytes <= SIZE_MAX / 2);
-    const size_t whole = (HEAD + bytes + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
+    const size_t whole = whole_of(bytes);
     if (!shd_budget_take(store->budget, whole))
         return shd_fail(error, SHD_CROWDED, "", "the process may take no more memory just now");
     shd_stored *thing = aligned_alloc(ALIGNMENT, whole);
@@ -157,12 +173,8 @@ void shd_stored_drop(shd_stored *thing) {
 shd_status shd_store_put(shd_store *store, shd_stored *thing, const char *name, bool *known,
                          shd_error *error) {
     assert(thing->store == store && !thing->client);
-    const size_t most = store->load.cap / SHARE;
-    if (thing->use.bytes > most) {
-        shd_fail(error, SHD_LIMIT, "", "it takes %zu bytes; half of the limit `mesh-store` is %zu",
-                 thing->use.bytes, most);
-        return shd_fail_limit(error, SHD_LIMIT_MESH_STORE);
-    }
+    const shd_status status = admit_whole(store, thing->use.bytes, error);
+    if (status != SHD_OK) return status;
     shd_lru freed = {0};
     pthread_mutex_lock(&store->mutex);
     const bool there = shd_index_find(&store->index, &thing->key);

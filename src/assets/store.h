@@ -20,7 +20,13 @@ shd_status shd_store_new(size_t cap, shd_budget *budget, shd_store **out, shd_er
 void shd_store_drop(shd_store *store); /* nobody may hold anything any more; NULL is fine */
 
 /* What a thing is. A digest names one of each kind, and none of them for another. */
-typedef enum shd_thing { SHD_THING_MESH, SHD_THING_SCENE, SHD_THING_TABLE } shd_thing;
+typedef enum shd_thing {
+    SHD_THING_MESH,
+    SHD_THING_SCENE,
+    SHD_THING_TABLE,
+    SHD_THING_ASSET, /* a picture's samples as its file has them */
+    SHD_THING_TEXELS /* a picture converted for one use; the digest is of the use, too */
+} shd_thing;
 
 /* A thing that is not kept yet. The caller holds it, and fills its `bytes` bytes, which are aligned
  * to 64. SHD_CROWDED if the budget does not have as many, SHD_EXHAUSTED if the system does not. */
@@ -30,6 +36,9 @@ shd_status shd_stored_new(shd_store *store, shd_thing kind, const shd_digest *di
 void *shd_stored_bytes(const shd_stored *thing);
 size_t shd_stored_size(const shd_stored *thing); /* all bytes that it takes of the cap */
 void shd_stored_drop(shd_stored *thing);         /* ends a hold; NULL is fine */
+
+/* Whether a thing of so many bytes is ever kept: SHD_LIMIT if it is more than half of the cap. */
+shd_status shd_store_admit(const shd_store *store, size_t bytes, shd_error *error);
 
 /* Keeps a thing for a client. `client` is any word for it up to SHD_STORE_CLIENT - 1 bytes; longer
  * ones are cut. The caller still drops the thing. SHD_LIMIT if it is more than half of the cap;

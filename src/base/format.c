@@ -1,5 +1,6 @@
 #include "base/format.h"
 
+#include <string.h>
 #include <strings.h>
 
 /* JPEG's side is libjpeg's JPEG_MAX_DIMENSION, WebP's follows from the 14 bits of its header. The
@@ -39,4 +40,30 @@ bool shd_format_find(const char *name, shd_format *out) {
 
 const char *shd_depth_name(shd_depth depth) {
     return depth == SHD_U8 ? "8" : depth == SHD_U16 ? "16" : depth == SHD_HALF ? "half" : "float";
+}
+
+shd_format shd_format_sniff(const unsigned char *data, size_t size) {
+    static const struct {
+        shd_format format;
+        unsigned char at, length;
+        const char *bytes;
+    } marks[] = {{SHD_PNG, 0, 8, "\x89PNG\r\n\x1a\n"},
+                 {SHD_JPEG, 0, 3, "\xff\xd8\xff"},
+                 {SHD_WEBP, 8, 4, "WEBP"},
+                 {SHD_TIFF, 0, 4, "II*\0"},
+                 {SHD_TIFF, 0, 4, "MM\0*"},
+                 {SHD_TIFF, 0, 4, "II+\0"},
+                 {SHD_TIFF, 0, 4, "MM\0+"},
+                 {SHD_EXR, 0, 4, "v/1\x01"},
+                 {SHD_HDR, 0, 10, "#?RADIANCE"},
+                 {SHD_HDR, 0, 6, "#?RGBE"}};
+    for (size_t i = 0; i < sizeof marks / sizeof *marks; i++)
+        if (size >= (size_t)marks[i].at + marks[i].length &&
+            !memcmp(data + marks[i].at, marks[i].bytes, marks[i].length))
+            return marks[i].format;
+    return SHD_FORMAT_COUNT;
+}
+
+bool shd_format_takes_oiio(shd_format format) {
+    return format == SHD_TIFF || format == SHD_EXR || format == SHD_HDR;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <stdbool.h>
+#include <stddef.h>
 
 typedef enum shd_format {
     SHD_PNG,
@@ -32,6 +33,12 @@ const shd_format_info *shd_format_get(shd_format format);
 
 /* By name or file suffix ("png", "jpg", "jpeg", "tif", ...), in any case. False: unknown. */
 bool shd_format_find(const char *name, shd_format *out);
+
+/* The format of a file that begins with these bytes; SHD_FORMAT_COUNT: none of these. */
+shd_format shd_format_sniff(const unsigned char *data, size_t size);
+
+/* Whether OpenImageIO reads and writes it here. */
+bool shd_format_takes_oiio(shd_format format);
 
 /* "8", "16", "half", "float". */
 const char *shd_depth_name(shd_depth depth);

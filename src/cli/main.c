@@ -65,6 +65,7 @@ static const char help_text[] =
     "                     auto, the widest there are; the picture is the same)\n"
     "      --ocio FILE    an OpenColorIO configuration (.ocio, .ocioz or ocio://NAME) instead of\n"
     "                     the built-in one; $OCIO and OCIO_* are not looked at\n"
+    "      --assets FOLDER  pictures that documents may name: the files of a folder\n"
     "      --materials FILE  materials that `preset` may name beside the built-in ones; may be\n"
     "                     given several times; its path has no blanks\n"
     "  -h, --help         this text\n"
@@ -142,6 +143,7 @@ enum {
     OPTION_JSON,
     OPTION_KERNEL,
     OPTION_OCIO,
+    OPTION_ASSETS,
     OPTION_MATERIALS,
     OPTION_SHARD,
     OPTION_RESUME,
@@ -209,6 +211,9 @@ static int take_option(int option, const char *value, cli_options *options) {
     case OPTION_OCIO:
         options->engine.ocio_config = value;
         return -1;
+    case OPTION_ASSETS:
+        options->engine.assets = value;
+        return -1;
     case OPTION_MATERIALS:
         if (add_materials(value, options)) return -1;
         return cli_usage("--materials: the paths are too long, or one has blanks");
@@ -247,6 +252,7 @@ static int read_options(int argc, char **argv, cli_options *options, size_t *cou
         {"threads", required_argument, NULL, OPTION_THREADS},
         {"kernel", required_argument, NULL, OPTION_KERNEL},
         {"ocio", required_argument, NULL, OPTION_OCIO},
+        {"assets", required_argument, NULL, OPTION_ASSETS},
         {"materials", required_argument, NULL, OPTION_MATERIALS},
         {"shard", required_argument, NULL, OPTION_SHARD},
         {"resume", no_argument, NULL, OPTION_RESUME},

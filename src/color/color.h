@@ -41,8 +41,14 @@ const shd_catalog *shd_color_catalog(const shd_color_config *config);
  * digits. */
 const char *shd_color_config_digest(const shd_color_config *config);
 
-/* The transform from a scene-linear space to another space, or to a display's view. Borrowed. Names
- * are those of the catalog; for another name SHD_SCENE. Any thread. */
+/* The space that the configuration's rules for files give to a name, which need not be that of a
+ * file that there is. NULL: it is none that documents may name. *is_default: no rule but the
+ * default matches. Any thread. */
+const shd_space_info *shd_color_rule(const shd_color_config *config, const char *name,
+                                     bool *is_default);
+
+/* The transform from a space to another one or, of a scene-linear space, to a display's view.
+ * Borrowed. Names are those of the catalog; for another name SHD_SCENE. Any thread. */
 shd_status shd_color_to_space(shd_color_config *config, const char *from, const char *to,
                               const shd_color_transform **out, shd_error *error);
 shd_status shd_color_to_view(shd_color_config *config, const char *from, const char *display,

@@ -418,3 +418,14 @@ const shd_catalog *shd_color_catalog(const shd_color_config *config) {
 const char *shd_color_config_digest(const shd_color_config *config) {
     return config->digest.c_str();
 }
+
+const shd_space_info *shd_color_rule(const shd_color_config *config, const char *name,
+                                     bool *is_default) {
+    *is_default = true;
+    try {
+        *is_default = config->ocio->filepathOnlyMatchesDefaultRule(name);
+        return shd_catalog_space(&config->catalog, config->ocio->getColorSpaceFromFilepath(name));
+    } catch (...) {
+        return nullptr;
+    }
+}

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
+#include "base/installed.h"
 #include "image/image.h"
 
 static const char module_name[] = "shaded_oiio.so";
@@ -29,39 +30,12 @@ static pthread_t loader;
 static bool loader_ended;    /* and whoever waits joins it */
 static shd_error load_error; /* of the last time; its status may be SHD_OK */
 
-/* Looks for the module in the folders where dlopen would, from a program or a library that is
- * loaded; it loads nothing. */
-static void find_module_from(void *loader_handle) {
-    Dl_serinfo size, *folders = NULL;
-    if (loader_handle && !dlinfo(loader_handle, RTLD_DI_SERINFOSIZE, &size))
-        folders = malloc(size.dls_size);
-    if (!folders) return;
-    *folders = size;
-    if (!dlinfo(loader_handle, RTLD_DI_SERINFO, folders)) {
-        for (unsigned i = 0; i < folders->dls_cnt && !*module_path; i++) {
-            int length = snprintf(module_path, sizeof module_path, "%s/%s",
-                                  folders->dls_serpath[i].dls_name, module_name);
-            if (length >= (int)sizeof module_path || access(module_path, R_OK)) *module_path = 0;
-        }
-    }
-    free(folders);
-}
-
-/* Our programs' run path points beside them in the build tree, and to lib/shaded once they are
- * installed; so does that of the shared library, if this is in it, for anybody's program. */
 static void find_module(void) {
-    Dl_info here;
-    find_module_from(dlopen(NULL, RTLD_LAZY));
-    if (*module_path || !dladdr(module_name, &here)) return;
-    find_module_from(dlopen(here.dli_fname, RTLD_LAZY | RTLD_NOLOAD));
-}
-
-static bool takes_module(shd_format format) {
-    return format == SHD_TIFF || format == SHD_EXR || format == SHD_HDR;
+    if (!shd_find_installed(module_name, R_OK, module_path)) *module_path = 0;
 }
 
 bool shd_image_writes(shd_format format) {
-    if (!takes_module(format)) return true;
+    if (!shd_format_takes_oiio(format)) return true;
     pthread_once(&find_once, find_module);
     return *module_path && !atomic_load(&incomplete);
 }
@@ -203,7 +177,7 @@ static shd_status load_within(shd_budget *budget, const atomic_bool *cancelled, 
 
 shd_status shd_image_prepare(shd_format format, shd_budget *budget, const atomic_bool *cancelled,
                              shd_error *error) {
-    if (!takes_module(format)) return SHD_OK;
+    if (!shd_format_takes_oiio(format)) return SHD_OK;
     shd_status status = SHD_OK;
     pthread_mutex_lock(&load_mutex);
     /* One of those who wait takes the memory. Where that one leaves, another does. */

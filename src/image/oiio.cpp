@@ -304,6 +304,11 @@ int find_channels(const OIIO::ImageSpec &spec, int channels[4], bool *alpha) {
     return count;
 }
 
+/* Of a picture that was opened with the wish for straight colors. */
+bool is_associated(const OIIO::ImageSpec &spec, bool alpha) {
+    return alpha && !spec.get_int_attribute("oiio:UnassociatedAlpha");
+}
+
 void read_picture(shd_oiio_file &file) {
     OIIO::ImageSpec straight;
     straight.attribute("oiio:UnassociatedAlpha", 1);
@@ -319,6 +324,7 @@ void read_picture(shd_oiio_file &file) {
     if (file.width && (spec.width != file.width || spec.height != file.height)) return;
     int channels[4];
     file.count = find_channels(spec, channels, &file.alpha);
+    file.associated = is_associated(spec, file.alpha);
     const OIIO::TypeDesc type = spec.channelformat(channels[0]);
     file.depth = type == OIIO::TypeDesc::UINT8    ? SHD_U8
                  : type == OIIO::TypeDesc::UINT16 ? SHD_U16
@@ -334,6 +340,58 @@ void read_picture(shd_oiio_file &file) {
     for (size_t i = 0; i < pixels; i++)
         for (size_t c = 0; c < count; c++)
             file.values[i * count + c] = whole[i * all + static_cast<size_t>(channels[c])];
+}
+
+/* Channels are read in one go from the first to the last one that is wanted, which may not lie far
+ * apart: others in between are decoded, too. */
+constexpr int most_channels = 16;
+
+void decode_picture(shd_oiio_decoding &d) {
+    OIIO::Filesystem::IOMemReader bytes(const_cast<unsigned char *>(d.data), d.size);
+    OIIO::ImageSpec straight;
+    straight.attribute("oiio:UnassociatedAlpha", 1);
+    const std::string name = std::string("memory.") + d.suffix;
+    auto input = OIIO::ImageInput::create(name, false, &straight, &bytes);
+    if (!input) throw std::runtime_error(OIIO::geterror());
+    OIIO::ImageSpec spec;
+    if (!input->set_ioproxy(&bytes)) throw std::runtime_error("it is not read from memory");
+    if (!input->open(name, spec, straight)) throw std::runtime_error(input->geterror());
+    if (spec.deep) throw std::runtime_error("it is a deep picture, of many samples a pixel");
+    if (spec.depth > 1) throw std::runtime_error("it is a volume, not a picture");
+    d.width = spec.width;
+    d.height = spec.height;
+    int channels[4];
+    d.count = find_channels(spec, channels, &d.alpha);
+    d.associated = is_associated(spec, d.alpha);
+    const int first = *std::min_element(channels, channels + d.count),
+              last = *std::max_element(channels, channels + d.count) + 1, read = last - first;
+    if (read > most_channels)
+        throw std::runtime_error("its colors lie more than 16 channels apart");
+    const OIIO::TypeDesc type = spec.channelformat(channels[0]);
+    d.depth = type == OIIO::TypeDesc::UINT8    ? SHD_U8
+              : type == OIIO::TypeDesc::UINT16 ? SHD_U16
+                                               : SHD_FLOAT;
+    if (!d.admit(d.context, &d)) throw Stopped();
+
+    const OIIO::TypeDesc to = stored_type(d.depth);
+    const size_t pixels = static_cast<size_t>(d.width) * static_cast<size_t>(d.height),
+                 sample = to.size(), count = static_cast<size_t>(d.count),
+                 all = static_cast<size_t>(read);
+    auto *samples = static_cast<unsigned char *>(std::malloc(pixels * all * sample));
+    if (!samples) throw std::bad_alloc();
+    d.samples = samples;
+    if (!input->read_image(0, 0, first, last, to, samples))
+        throw std::runtime_error(input->geterror());
+    bool as_wanted = all == count;
+    for (int c = 0; c < d.count; c++) as_wanted = as_wanted && channels[c] == first + c;
+    /* In place, from the front: a pixel's samples are not more than what was read of it. */
+    for (size_t i = 0; i < pixels && !as_wanted; i++) {
+        unsigned char pixel[most_channels * sizeof(float)];
+        std::memcpy(pixel, samples + i * all * sample, all * sample);
+        for (size_t c = 0; c < count; c++)
+            std::memcpy(samples + (i * count + c) * sample,
+                        pixel + static_cast<size_t>(channels[c] - first) * sample, sample);
+    }
 }
 
 int tell_failure(char *text, size_t size, const char *what) {
@@ -378,6 +436,30 @@ extern "C" __attribute__((visibility("default"))) int shd_oiio_read(shd_oiio_fil
     } catch (...) {
         return tell_failure(text, text_size, "an unknown exception");
     }
+}
+
+extern "C" __attribute__((visibility("default"))) int
+shd_oiio_decode(shd_oiio_decoding *decoding, char *text, size_t text_size) {
+    if (decoding->abi != sizeof *decoding)
+        return tell_failure(text, text_size, "the module is of another build");
+    decoding->samples = nullptr;
+    int failed = 0;
+    try {
+        decode_picture(*decoding);
+    } catch (const Stopped &) {
+        failed = 2;
+    } catch (const std::bad_alloc &) {
+        failed = 1;
+    } catch (const std::exception &e) {
+        failed = tell_failure(text, text_size, e.what());
+    } catch (...) {
+        failed = tell_failure(text, text_size, "an unknown exception");
+    }
+    if (failed) {
+        std::free(decoding->samples);
+        decoding->samples = nullptr;
+    }
+    return failed;
 }
 
 extern "C" __attribute__((visibility("default"))) shd_oiio_encode_fn *shd_oiio_open(void) {

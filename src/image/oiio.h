@@ -50,8 +50,9 @@ typedef struct shd_oiio_file {
     int width, height; /* what is expected: others are not read */
     size_t most;       /* pixels, where the width is 0: any size up to that is */
     int found_width, found_height;
-    int count;  /* 1 to 4 */
-    bool alpha; /* the last of them is alpha */
+    int count;       /* 1 to 4 */
+    bool alpha;      /* the last of them is alpha */
+    bool associated; /* colors are multiplied by it */
     shd_depth depth;
     float *values; /* malloc: [height][width][count], integers in [0,1]; straight alpha where the
                     * format has that. NULL: the size is another one */
@@ -61,8 +62,28 @@ typedef struct shd_oiio_file {
 typedef int shd_oiio_read_fn(shd_oiio_file *file, char *text, size_t text_size);
 shd_oiio_read_fn shd_oiio_read;
 
-/* Beside it the module's only symbol: sets OpenImageIO up, once, and returns the encoder. NULL: out
- * of memory. */
+/* A file in memory that is decoded. */
+typedef struct shd_oiio_decoding {
+    size_t abi; /* sizeof(shd_oiio_decoding) */
+    const unsigned char *data;
+    size_t size;
+    const char *suffix; /* "tif", "exr", "hdr": what its first bytes say */
+    /* What its head says: its red, green and blue, or its one grey, then its alpha. */
+    int width, height, count;
+    bool alpha, associated; /* associated: colors are multiplied by it */
+    shd_depth depth;        /* SHD_U8, SHD_U16 or SHD_FLOAT, that of the samples */
+    /* Called once the head is known. False ends the decoding. */
+    bool (*admit)(void *context, const struct shd_oiio_decoding *decoding);
+    void *context;
+    void *samples; /* malloc: [height][width][count] */
+} shd_oiio_decoding;
+
+/* 0, and samples; -1 and a sentence; 1: out of memory; 2: it was not admitted. */
+typedef int shd_oiio_decode_fn(shd_oiio_decoding *decoding, char *text, size_t text_size);
+shd_oiio_decode_fn shd_oiio_decode;
+
+/* Beside these the module's only symbol: sets OpenImageIO up, once, and returns the encoder. NULL:
+ * out of memory. */
 typedef shd_oiio_encode_fn *shd_oiio_open_fn(void);
 shd_oiio_open_fn shd_oiio_open;
 

@@ -130,6 +130,7 @@ static shd_status read_wanted(const char *path, shd_format format, const wanted 
     out->height = file.found_height;
     out->count = file.count;
     out->alpha = file.alpha;
+    out->associated = file.associated;
     out->depth = file.depth;
     out->values = file.values;
     const size_t samples = (size_t)out->width * (size_t)out->height * (size_t)file.count;

@@ -6,6 +6,7 @@
 typedef struct shd_samples {
     int width, height, count; /* count: samples a pixel, 1 to 4 */
     bool alpha;               /* the last of them is alpha */
+    bool associated;          /* colors are multiplied by it */
     shd_depth depth;
     float *values; /* malloc: [height][width][count]; codes of integers, exactly */
 } shd_samples;

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "assets/folder.h"
 #include "assets/store.h"
 #include "base/machine.h"
 #include "color/file.h"
@@ -107,6 +108,12 @@ static shd_status load_materials(shd_engine *engine, const char *paths, shd_erro
     return status;
 }
 
+static shd_status open_assets(const shd_engine_options *options, shd_engine *engine,
+                              shd_error *error) {
+    if (!options->assets || !*options->assets) return SHD_OK;
+    return shd_asset_folder_open(options->assets, &engine->assets, error);
+}
+
 shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, shd_error *error) {
     unsigned threads = options->threads;
     if (!threads) {
@@ -131,6 +138,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
                             ? load_colors(options, &engine->color, error)
                             : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     if (status == SHD_OK) status = load_materials(engine, options->materials, error);
+    if (status == SHD_OK) status = open_assets(options, engine, error);
     if (status == SHD_OK)
         status = shd_reuse_new(options->reuse, options->budget, &engine->reuse, error);
     if (status == SHD_OK)
@@ -160,9 +168,11 @@ shd_status shd_engine_renew(const shd_engine *first, const shd_engine_options *o
     engine->limits = options->limits;
     engine->color = NULL;
     engine->library = NULL;
+    engine->assets = NULL;
     pthread_mutex_init(&engine->reading, NULL);
     shd_status status = load_colors(options, &engine->color, error);
     if (status == SHD_OK) status = load_materials(engine, options->materials, error);
+    if (status == SHD_OK) status = open_assets(options, engine, error);
     if (status == SHD_OK)
         *out = engine;
     else
@@ -180,6 +190,7 @@ void shd_engine_drop(shd_engine *engine) {
         shd_spares_drop(engine->spares);
         free(engine->tiles);
     }
+    shd_asset_folder_drop(engine->assets);
     shd_library_drop(engine->library);
     pthread_mutex_destroy(&engine->reading);
     shd_color_config_drop(engine->color);

@@ -1,7 +1,8 @@
-/* Two scenes are read, each as a request of its own. */
+/* Two scenes or pictures are read, each as a request of its own. */
 #include "render/pair.h"
 
 #include "render/tell/estimate.h"
+#include "render/tell/side.h"
 #include "scene/pair.h"
 
 /* What comparing a pixel costs, in units of shd_request_work. */
@@ -27,7 +28,20 @@ static void take_report(shd_request *request, int which, const shd_report *from)
     }
 }
 
-static shd_status read_side(shd_request *request, int which, const char *text, size_t length,
+/* Reads the side's scene, or opens the picture that is `name`d. */
+static void fill_side(shd_request *side, const char *name, const shd_span *text) {
+    shd_error error;
+    if (!name) {
+        shd_request_read(side, text->at, (size_t)(text->end - text->at), SHD_PNG);
+        return;
+    }
+    const shd_status status = shd_side_open(side, name, &side->side, &error);
+    if (status == SHD_OK) return;
+    shd_report_error(&side->report, status, error.path, "%s", error.text);
+    shd_report_limit(&side->report, error.limit);
+}
+
+static shd_status read_side(shd_request *request, int which, const shd_pair_texts *texts,
                             shd_error *error) {
     const size_t used = shd_arena_used(request->rendering.arena);
     const uint64_t most = request->limits.memory;
@@ -39,7 +53,7 @@ static shd_status read_side(shd_request *request, int which, const char *text, s
     }
     (*side)->rendering.cancelled = request->rendering.cancelled;
     shd_request_hold(*side, used < most ? (most - used) / 2 : 0);
-    shd_request_read(*side, text, length, SHD_PNG);
+    fill_side(*side, texts->names[which], &texts->sides[which]);
     take_report(request, which, &(*side)->report);
     if ((*side)->report.status != SHD_OK && request->report.status == SHD_OK)
         shd_report_error(&request->report, (*side)->report.status, places[which],
@@ -47,18 +61,29 @@ static shd_status read_side(shd_request *request, int which, const char *text, s
     return (*side)->report.status;
 }
 
+static void size_of(const shd_request *side, int size[2]) {
+    size[0] = side->side ? side->side->width : side->scene->raster.w;
+    size[1] = side->side ? side->side->height : side->scene->raster.h;
+}
+
 static void check_sizes(shd_request *request) {
     shd_pair *pair = request->pair;
-    const shd_raster *a = &pair->sides[0]->scene->raster, *b = &pair->sides[1]->scene->raster;
-    if (a->w != b->w || a->h != b->h) {
-        shd_report_error(
-            &request->report, SHD_SCENE, a->w != b->w ? "/b/image/width" : "/b/image/height",
-            "both pictures have one size: the other one has %d x %d pixels", a->w, a->h);
+    int a[2], b[2];
+    size_of(pair->sides[0], a);
+    size_of(pair->sides[1], b);
+    if (a[0] != b[0] || a[1] != b[1]) {
+        const char *place = pair->sides[1]->side ? "/b"
+                            : a[0] != b[0]       ? "/b/image/width"
+                                                 : "/b/image/height";
+        shd_report_error(&request->report, SHD_SCENE, place,
+                         "both pictures have one size: the other one has %d x %d pixels", a[0],
+                         a[1]);
         return;
     }
-    pair->work = (uint64_t)a->w * (uint64_t)a->h * COMPARING;
+    pair->work = (uint64_t)a[0] * (uint64_t)a[1] * COMPARING;
     for (int i = 0; i < 2; i++)
-        if (__builtin_add_overflow(pair->work, shd_request_work(pair->sides[i]), &pair->work))
+        if (!pair->sides[i]->side &&
+            __builtin_add_overflow(pair->work, shd_request_work(pair->sides[i]), &pair->work))
             pair->work = UINT64_MAX;
 }
 
@@ -77,10 +102,8 @@ static shd_status read_pair(shd_request *request, const char *json, size_t lengt
     request->pair = pair;
     pair->density = texts.density;
     for (int i = 0; i < 2; i++) {
-        const shd_status status =
-            read_side(request, i, texts.sides[i].at,
-                      (size_t)(texts.sides[i].end - texts.sides[i].at), &error);
-        if (status != SHD_OK && status != SHD_SCENE) return status;
+        const shd_status status = read_side(request, i, &texts, &error);
+        if (status != SHD_OK && status != SHD_SCENE && status != SHD_MISSING) return status;
     }
     if (report->status == SHD_OK) check_sizes(request);
     return report->status;

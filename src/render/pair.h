@@ -1,4 +1,4 @@
-/* Two scenes of one request, whose pictures are compared. */
+/* Two scenes of one request, whose pictures are compared, or pictures that are there. */
 #pragma once
 
 #include "render/request.h"

@@ -8,6 +8,7 @@
 
 #include "plan/cost.h"
 #include "render/pair.h"
+#include "render/pictures.h"
 #include "render/request.h"
 #include "render/sheet.h"
 #include "render/show/output.h"
@@ -50,6 +51,7 @@ void shd_request_drop(shd_request *request) {
     for (size_t i = 0; i < request->picture_count; i++) free(request->pictures[i].data);
     for (const shd_held_mesh *m = request->held; m; m = m->next) shd_stored_drop(m->stored);
     for (int i = 0; request->pair && i < 2; i++) shd_request_drop(request->pair->sides[i]);
+    shd_request_drop_pictures(request);
     shd_held_tables_drop(request->tables);
     shd_arena_drop(request->rendering.arena);
     shd_color_lease_drop(request->lease);
@@ -149,13 +151,16 @@ static shd_status check_memory(shd_request *request) {
     uint64_t needed = shd_arena_used(request->rendering.arena);
     for (const shd_held_mesh *m = request->held; m; m = m->next)
         needed += shd_stored_size(m->stored);
+    needed += shd_request_texel_bytes(request);
     if (__builtin_add_overflow(shd_estimate_memory(request->scene), needed, &needed))
         needed = UINT64_MAX;
     if (needed <= limit) return SHD_OK;
     shd_report_error(&request->report, SHD_LIMIT, "/image",
                      "the pictures%s take at least %llu bytes; the limit `memory` is %llu",
-                     request->held ? " and the kept meshes" : "", (unsigned long long)needed,
-                     (unsigned long long)limit);
+                     request->held_pictures ? ", the kept meshes and the assets"
+                     : request->held        ? " and the kept meshes"
+                                            : "",
+                     (unsigned long long)needed, (unsigned long long)limit);
     shd_report_limit(&request->report, SHD_LIMIT_MEMORY);
     return SHD_LIMIT;
 }

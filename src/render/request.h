@@ -11,6 +11,9 @@ typedef struct shd_held_mesh {
     shd_stored *stored;
 } shd_held_mesh;
 
+/* A picture that its documents name (render/pictures.h). */
+typedef struct shd_held_picture shd_held_picture;
+
 struct shd_request {
     shd_rendering rendering; /* the engine, the arena, the plan, the times */
     shd_limits limits;       /* the engine's, the memory within the budget */
@@ -24,6 +27,7 @@ struct shd_request {
     struct shd_side *side;           /* the picture that is compared, or NULL */
     struct shd_pair *pair;           /* NULL: it is of one scene; in the arena */
     shd_held_mesh *held;
+    shd_held_picture *held_pictures;
     struct shd_held_table *tables;
     bool held_full; /* the arena had no room to hold more */
     char etag[33];
@@ -50,6 +54,9 @@ shd_status shd_request_keep_made(shd_request *request, const shd_mesh *mesh,
 
 /* For reading the request's scene: the meshes of the engine's store, which it then holds. */
 shd_mesh_shelf shd_mesh_shelf_of(shd_request *request);
+
+/* Ends its hold of pictures. */
+void shd_request_drop_pictures(shd_request *request);
 
 /* Seconds of one processor that the plan is expected to take, by the table of its kernels. */
 double shd_rendering_seconds(const shd_rendering *r);

@@ -2,9 +2,13 @@
 
 #include "scene/read.h"
 
-static void check_side(shd_reader *r, const shd_node *node, void *out) {
-    (void)out;
-    shd_is_object(r, node);
+/* A scene, or a string that names a picture. */
+static void read_side(shd_reader *r, const shd_node *node, void *out) {
+    const char **name = out;
+    if (json_is_string(node->value))
+        *name = shd_take_text(r, json_string_value(node->value));
+    else if (!json_is_object(node->value))
+        shd_node_expect(r->report, node, "a scene, or a string that names a picture");
 }
 
 static void check_tree(shd_reader *r, json_t *tree, shd_pair_texts *out) {
@@ -12,8 +16,8 @@ static void check_tree(shd_reader *r, json_t *tree, shd_pair_texts *out) {
     static const shd_field fields[] = {
         {"$schema", .read = shd_read_label},
         {"name", .read = shd_read_label},
-        {"a", check_side, .required = true},
-        {"b", check_side, .required = true},
+        {"a", read_side, .offset = offsetof(shd_pair_texts, names[0]), .required = true},
+        {"b", read_side, .offset = offsetof(shd_pair_texts, names[1]), .required = true},
         {"pixelsPerDegree", shd_read_number, .offset = offsetof(shd_pair_texts, density),
          .range = &density},
     };

@@ -1,4 +1,4 @@
-/* Two scenes in one document, whose pictures are to be compared. */
+/* Two scenes or pictures in one document, which are to be compared. */
 #pragma once
 
 #include "base/cancel.h"
@@ -7,12 +7,13 @@
 #include "scene/span.h"
 
 typedef struct shd_pair_texts {
-    shd_span sides[2]; /* the documents, which are objects, as they are written */
-    double density;    /* `pixelsPerDegree`; 0: it is not there */
+    shd_span sides[2];    /* the documents, which are objects, as they are written */
+    const char *names[2]; /* or what pictures are named by, in the arena; NULL: it is a document */
+    double density;       /* `pixelsPerDegree`; 0: it is not there */
 } shd_pair_texts;
 
-/* Reads {"a": {...}, "b": {...}, "pixelsPerDegree": 67}; the scenes are not looked into. Returns
- * the report's status. */
+/* Reads {"a": {...}, "b": "sha256-...", "pixelsPerDegree": 67}; the scenes are not looked into.
+ * Returns the report's status. */
 shd_status shd_pair_read(const char *text, size_t length, const shd_limits *limits,
                          const atomic_bool *cancelled, shd_arena *arena, shd_pair_texts *out,
                          shd_report *report);

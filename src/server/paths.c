@@ -19,6 +19,7 @@ const struct shd_path shd_paths[SHD_ROUTE_COUNT] = {
     [SHD_ROUTE_DIFF] = {"/v1/diff", WRITE},
     [SHD_ROUTE_BATCH] = {"/v1/batch", WRITE},
     [SHD_ROUTE_MESHES] = {"/v1/meshes/{sha256}", SHD_PUT | SHD_OPTIONS},
+    [SHD_ROUTE_ASSETS] = {"/v1/assets/{sha256}", SHD_PUT | SHD_OPTIONS},
     [SHD_ROUTE_MATERIALS] = {"/v1/materials", READ},
     [SHD_ROUTE_SHAPES] = {"/v1/shapes", READ},
     [SHD_ROUTE_COLORSPACES] = {"/v1/colorspaces", READ},

@@ -143,11 +143,22 @@ static bool refuse_type(shd_exchange *exchange, const char *field, const char *t
     return false;
 }
 
-static bool admit_mesh(shd_exchange *exchange) {
+static bool admit_digest(shd_exchange *exchange, const char *whose) {
     const char *digest = exchange->path + shd_path_fixed(exchange->route);
-    if (!shd_digest_read(digest, &exchange->digest))
-        return shd_problem_reply(&exchange->reply, SHD_NOT_FOUND,
-                                 "a mesh's path ends in 64 hexadecimal digits, in lower case");
+    return shd_digest_read(digest, &exchange->digest) ||
+           shd_problem_reply(&exchange->reply, SHD_NOT_FOUND,
+                             "%s path ends in 64 hexadecimal digits, in lower case", whose);
+}
+
+/* What it is, its first bytes say. */
+static bool admit_asset(shd_exchange *exchange) {
+    if (!admit_digest(exchange, "an asset's")) return false;
+    return shd_is_image(exchange->content_type) || shd_is_binary(exchange->content_type) ||
+           refuse_type(exchange, "Accept", "image/*, application/octet-stream");
+}
+
+static bool admit_mesh(shd_exchange *exchange) {
+    if (!admit_digest(exchange, "a mesh's")) return false;
     exchange->is_binary = shd_is_binary(exchange->content_type);
     return exchange->is_binary || shd_is_json(exchange->content_type) ||
            refuse_type(exchange, "Accept", "application/json, application/octet-stream");
@@ -174,6 +185,7 @@ static bool admit_media_types(shd_exchange *exchange) {
     const bool has_body = exchange->method & (SHD_POST | SHD_PUT);
     if (has_body && !admit_coding(exchange)) return false;
     if (exchange->route == SHD_ROUTE_MESHES) return admit_mesh(exchange);
+    if (exchange->route == SHD_ROUTE_ASSETS) return admit_asset(exchange);
     if (has_body && !shd_is_json(exchange->content_type))
         return refuse_type(exchange, exchange->method == SHD_PUT ? "Accept" : "Accept-Post",
                            media_json);
@@ -302,7 +314,8 @@ static void (*const submits[SHD_ROUTE_OTHER])(shd_exchange *exchange) = {
     [SHD_ROUTE_SCENES] = shd_scene_put_submit, [SHD_ROUTE_EXPLAIN] = shd_explain_submit,
     [SHD_ROUTE_COMPARE] = shd_compare_submit,  [SHD_ROUTE_BRDF] = shd_brdf_submit,
     [SHD_ROUTE_BATCH] = shd_batch_submit,      [SHD_ROUTE_MESHES] = shd_mesh_submit,
-    [SHD_ROUTE_ANALYZE] = shd_analyze_submit,  [SHD_ROUTE_DIFF] = shd_diff_submit};
+    [SHD_ROUTE_ANALYZE] = shd_analyze_submit,  [SHD_ROUTE_DIFF] = shd_diff_submit,
+    [SHD_ROUTE_ASSETS] = shd_asset_submit};
 
 void shd_route_answer(shd_exchange *exchange) {
     const shd_route route = exchange->route;

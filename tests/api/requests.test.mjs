@@ -110,7 +110,18 @@ const meshRequests = operation => fc.record({
              path: `/v1/meshes/${isRight ? digest : parameters.path.sha256}` };
 });
 
+// A file that need not be a picture.
+const assetRequests = operation => fc.record({
+    parameters: parametersArbitrary(operation), isRight: fc.boolean(), body: fc.string(),
+    type: fc.constantFrom("image/png", "image/x-exr", "application/octet-stream"),
+}).map(({ parameters, isRight, body, type }) => {
+    const digest = createHash("sha256").update(body).digest("hex");
+    return { method: "PUT", body, headers: { ...parameters.header, "Content-Type": type },
+             path: `/v1/assets/${isRight ? digest : parameters.path.sha256}` };
+});
+
 function validRequests(operation) {
+    if (operation.operationId === "putAsset") return assetRequests(operation);
     if (operation.operationId === "putMesh") return meshRequests(operation);
     const { path, method } = operation;
     const common = { parameters: parametersArbitrary(operation), query: anyQuery };

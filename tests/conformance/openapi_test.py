@@ -28,7 +28,7 @@ GENERAL = {"date", "content-length", "content-type", "connection", "transfer-enc
 SCENE_PATHS = ("/v1/render", "/v1/explain", "/v1/compare", "/v1/analyze", "/v1/brdf")
 UNPROVOKED = {"urn:shaded:problem:internal", "urn:shaded:problem:memory"}
 PREVIEW = "/v1/preview/{material}"
-MESHES = "/v1/meshes/{sha256}"
+MESHES, ASSETS = "/v1/meshes/{sha256}", "/v1/assets/{sha256}"
 LINK, SCENES = "/v1/scene/{document}.{format}", "/v1/scenes"
 KEPT, BATCH = "/v1/scenes/{digest}.{format}", "/v1/batch"
 DIFF = "/v1/diff"
@@ -37,7 +37,7 @@ STUDIO, DOCS, PAGE = "/studio/{file}", "/docs", "/docs/{page}"
 UNREACHABLE = {*((path, "post", "500") for path in SCENE_PATHS), ("/v1/explain", "post", "504"),
                (BATCH, "post", "500"), (BATCH, "post", "504"), (DIFF, "post", "500"),
                *((path, method, "503") for path in (DOCS, PAGE) for method in ("get", "head")),
-               *((path, "put", status) for path in (MESHES, SCENES) for status in ("500", "504")),
+               *((path, "put", status) for path in (MESHES, ASSETS, SCENES) for status in ("500", "504")),
                *((path, method, "500") for path in (LINK, KEPT) for method in ("get", "head")),
                *((PREVIEW, method, status) for method in ("get", "head")
                  for status in ("500", "504"))}
@@ -234,6 +234,7 @@ class ServerTest(unittest.TestCase):
         self.brdf_path()
         self.diff_path()
         self.mesh_path()
+        self.asset_path()
         self.link_paths()
         self.scenes_path()
         self.batch_path()
@@ -564,6 +565,29 @@ class ServerTest(unittest.TestCase):
         with Daemon("--mesh-store", "1K") as daemon:
             self.put(daemon, "422")
 
+    def put_asset(self, daemon, status, body, media_type="image/png", digest=None, **headers):
+        path = "/v1/assets/" + (digest or hashlib.sha256(body).hexdigest())
+        answer = daemon.call("PUT", path, body, {"Content-Type": media_type, **headers})
+        self.check(answer, ASSETS, "put", status)
+
+    def asset_path(self):
+        picture = self.daemon.render(SMALL).body
+        name = "sha256-" + hashlib.sha256(picture).hexdigest()
+        self.check(self.daemon.post(DIFF, {"a": name, "b": SMALL}), DIFF, "post", "409")
+        self.put_asset(self.daemon, "201", picture)
+        self.put_asset(self.daemon, "204", picture, "application/octet-stream")
+        for sides in (name, name), (name, SMALL), (SMALL, name):
+            self.check(self.daemon.post(DIFF, dict(zip("ab", sides))), DIFF, "post", "200")
+        self.check(self.daemon.post(DIFF, {"a": name, "b": "no name"}), DIFF, "post", "422")
+        self.put_asset(self.daemon, "400", b"{", **{"Content-Encoding": "gzip"})
+        self.put_asset(self.daemon, "404", picture, digest="A" * 64)
+        self.put_asset(self.daemon, "413", b"x" * 100001)
+        self.put_asset(self.daemon, "415", picture, "text/css")
+        self.put_asset(self.daemon, "415", picture, **{"Content-Encoding": "br"})
+        self.put_asset(self.daemon, "422", picture, digest="0" * 64)
+        self.put_asset(self.daemon, "422", picture[:-1])
+        self.check(self.daemon.call("POST", "/v1/assets/" + "0" * 64, b"{}", JSON), ASSETS, "put", "405")
+
     def refusals(self, path):
         """What every path that takes a scene refuses alike."""
         def check(answer, status):
@@ -595,6 +619,7 @@ class ServerTest(unittest.TestCase):
             for path in SCENE_PATHS:
                 self.check(daemon.post(path, SMALL), path, "post", "429")
             self.put(daemon, "429")
+            self.put_asset(daemon, "429", b"")
             self.check(daemon.post(DIFF, {"a": SMALL, "b": SMALL}), DIFF, "post", "429")
             self.keep(daemon, "429", SMALL)
             self.batch(daemon, "429")
@@ -647,6 +672,7 @@ class ServerTest(unittest.TestCase):
         for path in SCENE_PATHS:
             self.check(daemon.post(path, SMALL), path, "post", "503")
         self.put(daemon, "503")
+        self.put_asset(daemon, "503", b"")
         self.check(daemon.post(DIFF, {"a": SMALL, "b": SMALL}), DIFF, "post", "503")
         self.keep(daemon, "503", SMALL)
         self.batch(daemon, "503")

@@ -251,7 +251,7 @@ class SizeTest(unittest.TestCase):
 class ContentsTest(unittest.TestCase):
     """Both images: the programs, what they load, and what tells of it."""
 
-    OWN = {"usr/bin/shade", "usr/bin/shaded", "usr/share/doc/shaded/LICENSE",
+    OWN = {"usr/bin/shade", "usr/bin/shaded", "usr/lib/shaded/shaded-decode", "usr/share/doc/shaded/LICENSE",
            "usr/share/doc/shaded/shaded.conf", "usr/share/shaded/sbom.cdx.json", "etc/passwd",
            "etc/group", "etc/nsswitch.conf"}
     MODULE = "usr/lib/shaded/shaded_oiio.so"

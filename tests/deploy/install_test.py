@@ -78,7 +78,8 @@ class TreeTest(Installed):
 
     def test_what_people_look_for_is_there(self):
         library = next(name for name in self.files if name.endswith("/libshaded.so"))[:-len("libshaded.so")]
-        wanted = {"bin/shaded", "bin/shade", "lib/shaded/shaded_oiio.so", f"{library}libshaded.so.0",
+        wanted = {"bin/shaded", "bin/shade", "lib/shaded/shaded_oiio.so", "lib/shaded/shaded-decode",
+                  f"{library}libshaded.so.0",
                   f"{library}pkgconfig/shaded.pc", "include/shaded/shaded.h",
                   "share/man/man1/shaded.1.gz", "share/man/man1/shade.1.gz",
                   "share/man/man5/shaded.conf.5.gz", "share/bash-completion/completions/shaded",

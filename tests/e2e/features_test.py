@@ -44,6 +44,11 @@ class Features(unittest.TestCase):
         return self.daemon.call("PUT", f"/v1/meshes/{hashlib.sha256(mesh).hexdigest()}", mesh,
                                 {"Content-Type": "application/json"})
 
+    def put_asset(self):
+        picture = self.daemon.render(SMALL).body
+        return self.daemon.call("PUT", f"/v1/assets/{hashlib.sha256(picture).hexdigest()}", picture,
+                                {"Content-Type": "image/png"})
+
     def put_scene(self):
         return self.daemon.call("PUT", "/v1/scenes", json.dumps(SMALL), {"Content-Type": "application/json"})
 
@@ -52,6 +57,7 @@ class Features(unittest.TestCase):
         post, render = self.daemon.post, self.daemon.render
         return {
             "analyze": lambda: post("/v1/analyze", SMALL),
+            "assets": self.put_asset,
             "batch": lambda: post("/v1/batch", {"scene": SMALL, "variants": [{}]}),
             "bound-layer": lambda: render(with_output(format="exr", colorSpace="lin_rec709", layers=["bound"])),
             "brdf": lambda: post("/v1/brdf", SMALL),

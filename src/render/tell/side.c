@@ -6,6 +6,7 @@
 #include "base/primaries.h"
 #include "base/sample.h"
 #include "image/read.h"
+#include "render/assets.h"
 #include "render/show/displayed.h"
 #include "render/tell/bare.h"
 
@@ -18,13 +19,14 @@ typedef struct meaning {
     double to_rgb[3][3]; /* from XYZ divided by the white */
 } meaning;
 
-/* A side in the making, of a scene or of a file. */
+/* A side in the making, of a scene, of a file or of an asset. */
 typedef struct making {
     shd_side *side;
     const atomic_bool *cancelled;
     meaning meaning;
     const shd_displayed *displayed; /* or */
-    const shd_samples *samples;
+    const shd_samples *samples;     /* or */
+    const shd_asset *asset;
     double max; /* of codes; 0: values are not rounded to any */
     size_t pixels;
 } making;
@@ -85,9 +87,27 @@ static void take_samples(const making *m, size_t first, size_t count) {
     const size_t colors = (size_t)(s->count - s->alpha);
     for (size_t i = first; i < first + count; i++) {
         const float *at = s->values + i * (size_t)s->count;
+        const double alpha = s->alpha ? (double)at[colors] / m->max : 1;
+        const double by = s->associated && alpha > 0 ? m->max * alpha : m->max;
         double rgb[3];
-        for (size_t c = 0; c < 3; c++) rgb[c] = (double)at[colors < 3 ? 0 : c] / m->max;
-        put_pixel(m, i, rgb, s->alpha ? (double)at[colors] / m->max : 1);
+        for (size_t c = 0; c < 3; c++) rgb[c] = (double)at[colors < 3 ? 0 : c] / by;
+        put_pixel(m, i, rgb, alpha);
+    }
+}
+
+static void take_asset(const making *m, size_t first, size_t count) {
+    const shd_decoded *p = m->asset->picture;
+    const size_t samples = (size_t)p->count, colors = samples - (size_t)p->alpha;
+    for (size_t i = first; i < first + count; i++) {
+        double value[4], rgb[3];
+        for (size_t c = 0; c < samples; c++)
+            value[c] = p->depth == SHD_U8
+                           ? (double)((const uint8_t *)m->asset->samples)[i * samples + c]
+                           : (double)((const uint16_t *)m->asset->samples)[i * samples + c];
+        const double alpha = p->alpha ? value[colors] / m->max : 1;
+        const double by = p->associated && alpha > 0 ? m->max * alpha : m->max;
+        for (size_t c = 0; c < 3; c++) rgb[c] = value[colors < 3 ? 0 : c] / by;
+        put_pixel(m, i, rgb, alpha);
     }
 }
 
@@ -96,7 +116,9 @@ static void take_block(void *context, size_t index, unsigned slot) {
     const making *m = context;
     const size_t first = index * BLOCK, left = m->pixels - first;
     if (shd_is_cancelled(m->cancelled)) return;
-    (m->displayed ? take_displayed : take_samples)(m, first, left < BLOCK ? left : BLOCK);
+    (m->displayed ? take_displayed
+     : m->samples ? take_samples
+                  : take_asset)(m, first, left < BLOCK ? left : BLOCK);
 }
 
 /* ---- Sides ---- */
@@ -154,20 +176,38 @@ shd_status shd_side_render(shd_request *request, const shd_render_options *optio
     return shd_request_blame(request, status, error);
 }
 
+/* What `shd_depth` means for a side. False: nothing, which is an error. */
+static bool takes_depth(making *m, shd_depth depth, shd_error *error) {
+    m->max = depth == SHD_U8 ? 255 : 65535;
+    if (depth == SHD_U8 || depth == SHD_U16) return true;
+    shd_fail(error, SHD_SCENE, "",
+             "its samples are floats, which say nothing of what a display shows: 8 or 16 bits are "
+             "compared");
+    return false;
+}
+
+shd_status shd_side_open(shd_request *request, const char *name, shd_side **out, shd_error *error) {
+    shd_asset asset;
+    making m = {.asset = &asset, .meaning = meaning_of(NULL)};
+    shd_status status = shd_asset_open(request, name, &asset, error);
+    if (status != SHD_OK) return status;
+    const shd_decoded *p = asset.picture;
+    status = takes_depth(&m, (shd_depth)p->depth, error)
+                 ? make_side(&request->rendering, &m, p->width, p->height, out, error)
+                 : SHD_SCENE;
+    shd_stored_drop(asset.thing);
+    return shd_request_blame(request, status, error);
+}
+
 shd_status shd_side_read(shd_request *request, const char *path, shd_format format, shd_side **out,
                          shd_error *error) {
     shd_samples samples = {0};
     making m = {.samples = &samples, .meaning = meaning_of(NULL)};
     shd_status status = shd_image_read_any(path, format, request->limits.pixels, &samples, error);
     if (status != SHD_OK) return status;
-    if (samples.depth == SHD_U8 || samples.depth == SHD_U16) {
-        m.max = samples.depth == SHD_U8 ? 255 : 65535;
-        status = make_side(&request->rendering, &m, samples.width, samples.height, out, error);
-    } else {
-        status = shd_fail(error, SHD_SCENE, "",
-                          "its samples are floats, which say nothing of what a display shows: 8 or "
-                          "16 bits are compared");
-    }
+    status = takes_depth(&m, samples.depth, error)
+                 ? make_side(&request->rendering, &m, samples.width, samples.height, out, error)
+                 : SHD_SCENE;
     free(samples.values);
     return shd_request_blame(request, status, error);
 }

@@ -16,6 +16,10 @@ typedef struct shd_side {
 shd_status shd_side_render(shd_request *request, const shd_render_options *options, shd_side **out,
                            shd_error *error);
 
+/* Takes the picture of a name, which is as in shd_picture_wish; samples as below. Errors are of
+ * shd_request_texels, too. */
+shd_status shd_side_open(shd_request *request, const char *name, shd_side **out, shd_error *error);
+
 /* Reads a file, whose samples have 8 or 16 bits and are taken for sRGB. SHD_SCENE: it cannot be
  * read, or has other samples; or it is above the limit of pixels: SHD_LIMIT. SHD_MEMORY. */
 shd_status shd_side_read(shd_request *request, const char *path, shd_format format, shd_side **out,

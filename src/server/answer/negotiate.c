@@ -174,6 +174,12 @@ bool shd_is_binary(const char *content_type) {
     return is_same(start, strcspn(start, " \t;,"), "application/octet-stream");
 }
 
+bool shd_is_image(const char *content_type) {
+    if (!content_type) return false;
+    const char *start = skip_blanks(content_type);
+    return strcspn(start, " \t;,") > 6 && is_same(start, 6, "image/");
+}
+
 bool shd_etag_matches(const char *if_none_match, const char *etag, bool star) {
     if (!if_none_match) return false;
     for (const char *c = if_none_match; *c;) {

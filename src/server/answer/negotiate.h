@@ -33,6 +33,9 @@ bool shd_is_json(const char *content_type);
 /* Whether a Content-Type, NULL if there is none, says application/octet-stream. */
 bool shd_is_binary(const char *content_type);
 
+/* Whether it says image/ and anything. */
+bool shd_is_image(const char *content_type);
+
 /* Whether Accept-Encoding (RFC 9110, section 12.5.3) likes gzip at least as well as the text as it
  * is. Without the header, it does not. */
 bool shd_accepts_gzip(const char *accept_encoding);

@@ -29,6 +29,7 @@ static const struct {
                       "The request body is of a media type or coding not taken here"},
     [SHD_UNKNOWN_DATA] = {409, "unknown-data", "The scene names data that is not kept here"},
     [SHD_BAD_MESH] = {422, "mesh", "The body is not a valid mesh"},
+    [SHD_BAD_ASSET] = {422, "asset", "The body is not a picture that is read here"},
     [SHD_BAD_SCENE] = {422, "scene", "The document is not a valid scene"},
     [SHD_OVER_LIMIT] = {422, "limit", "The scene asks for more than a limit allows"},
     [SHD_BUSY] = {429, "busy", "The server is busy"},
@@ -147,8 +148,12 @@ void shd_problem_report(shd_reply *reply, const shd_report *report, shd_problem_
 
     char detail[DETAIL_SIZE];
     write_summary(detail, kept ? report->errors[0].pointer : "", first, report->error_count);
+    /* What is missing is named in the library's words: a mesh, or an asset. */
     if (kind == SHD_UNKNOWN_DATA)
-        strncat(detail, ": PUT it to /v1/meshes/ and its 64 digits, then repeat",
+        strncat(detail,
+                strncmp(first, "no asset", 8)
+                    ? ": PUT it to /v1/meshes/ and its 64 digits, then repeat"
+                    : ": PUT it to /v1/assets/ and its 64 digits, then repeat",
                 sizeof detail - strlen(detail) - 1);
 
     json_t *document = begin_document(kind, detail);

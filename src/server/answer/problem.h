@@ -24,6 +24,7 @@ typedef enum shd_problem_kind {
     SHD_UNKNOWN_DATA,   /* 409: the scene names what is not kept here */
     SHD_BAD_SCENE,      /* 422: JSON, but not a scene */
     SHD_BAD_MESH,       /* 422: not a mesh, or not the one of the path */
+    SHD_BAD_ASSET,      /* 422: no picture, or not the one of the path */
     SHD_OVER_LIMIT,     /* 422: more than a limit allows */
     SHD_BUSY,           /* 429, with Retry-After: no place or memory is free */
     SHD_OVER_RATE,      /* 429, with Retry-After: a token is used too often */
@@ -44,7 +45,7 @@ bool shd_problem_later(shd_reply *reply, shd_problem_kind kind, unsigned seconds
 #define shd_problem_reply(reply, kind, ...) shd_problem_later(reply, kind, 0, __VA_ARGS__)
 
 /* From what the library says: its status decides the kind. `wrong` is the kind of a document that
- * is wrong: SHD_BAD_SCENE or SHD_BAD_MESH. */
+ * is wrong: SHD_BAD_SCENE, SHD_BAD_MESH or SHD_BAD_ASSET. */
 void shd_problem_error(shd_reply *reply, const shd_error *error);
 void shd_problem_report(shd_reply *reply, const shd_report *report, shd_problem_kind wrong);
 

@@ -9,7 +9,7 @@
  *     turns.c  which job a worker takes, and gives way to
  *     queue.c  whose job is next; stuck.c  which do not end
  *     batch.c  many jobs with one answer; variants.c  what they share
- *     render_job.c, json_job.c, mesh_job.c, preview.c, scene_link.c  the kinds of work
+ *     render_job.c, json_job.c, put_job.c, preview.c, scene_link.c  the kinds of work
  *
  * A job belongs to the thread that made it, then to jobs.c, then to a worker. */
 #pragma once

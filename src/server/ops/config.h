@@ -21,6 +21,7 @@ typedef struct shd_config {
     char preview_keys[4096];  /* path; "": previews need no signature */
     char scenes_folder[4096]; /* path; "": scenes are kept in memory alone */
     char cors_origins[1024];
+    char assets[4096];          /* path of a folder of pictures; "": none have names */
     char materials[2048];       /* paths of files of materials, parted by blanks */
     char trusted_proxies[1024]; /* networks whose X-Forwarded-For is believed */
     bool log_requests;

@@ -9,6 +9,7 @@ shd_engine_options shd_settings_engine(const shd_config *config) {
     const size_t queue = config->queue + MOST_THREADS;
     return (shd_engine_options){.ocio_config = *config->ocio ? config->ocio : NULL,
                                 .materials = config->materials,
+                                .assets = *config->assets ? config->assets : NULL,
                                 .kernel = config->kernel,
                                 .threads = (unsigned)config->threads,
                                 .queue = queue,

@@ -1,0 +1,66 @@
+#include "decode/decode.h"
+
+/* ---- By OpenImageIO ---- */
+
+typedef struct asking {
+    const shd_decoder *decoder;
+    shd_decoded *picture;
+    shd_status status;
+    shd_error *error;
+} asking;
+
+static void take_head(const shd_oiio_decoding *from, shd_decoded *to) {
+    *to = (shd_decoded){.width = from->width,
+                        .height = from->height,
+                        .count = from->count,
+                        .alpha = from->alpha,
+                        .associated = from->associated,
+                        .depth = (int32_t)from->depth};
+}
+
+static bool admit_oiio(void *context, const shd_oiio_decoding *decoding) {
+    asking *a = context;
+    take_head(decoding, a->picture);
+    a->status = shd_decode_admit(a->decoder, a->picture, a->error);
+    return a->status == SHD_OK;
+}
+
+static shd_status decode_by_oiio(const shd_decoder *decoder, const char *suffix,
+                                 const unsigned char *data, size_t size, shd_decoded *picture,
+                                 void **samples, shd_error *error) {
+    asking a = {decoder, picture, SHD_OK, error};
+    shd_oiio_decoding decoding = {.abi = sizeof decoding,
+                                  .data = data,
+                                  .size = size,
+                                  .suffix = suffix,
+                                  .admit = admit_oiio,
+                                  .context = &a};
+    char text[256] = "";
+    const int failed = decoder->oiio(&decoding, text, sizeof text);
+    if (a.status != SHD_OK) return a.status;
+    if (failed == 1) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
+    if (failed) return shd_fail(error, SHD_SCENE, "", "%s", text);
+    *samples = decoding.samples;
+    return SHD_OK;
+}
+
+/* ---- All formats ---- */
+
+shd_status shd_decode(const shd_decoder *decoder, const unsigned char *data, size_t size,
+                      shd_decoded *picture, void **samples, shd_error *error) {
+    static shd_decode_fn *const own[SHD_FORMAT_COUNT] = {
+        [SHD_PNG] = shd_decode_png, [SHD_JPEG] = shd_decode_jpeg, [SHD_WEBP] = shd_decode_webp};
+    static const char *const suffixes[SHD_FORMAT_COUNT] = {
+        [SHD_TIFF] = "tif", [SHD_EXR] = "exr", [SHD_HDR] = "hdr"};
+    const shd_format format = shd_format_sniff(data, size);
+    *picture = (shd_decoded){0};
+    *samples = NULL;
+    if (format == SHD_FORMAT_COUNT)
+        return shd_fail(error, SHD_SCENE, "",
+                        "it begins as no PNG, JPEG, WebP, TIFF, OpenEXR or Radiance HDR does");
+    if (own[format]) return own[format](decoder, data, size, picture, samples, error);
+    if (decoder->oiio)
+        return decode_by_oiio(decoder, suffixes[format], data, size, picture, samples, error);
+    return shd_fail(error, SHD_SCENE, "", "OpenImageIO is not installed, which reads %s",
+                    suffixes[format]);
+}

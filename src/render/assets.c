@@ -1,0 +1,169 @@
+#include "render/assets.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "assets/decoder.h"
+#include "scene/json.h"
+
+/* What stands before the samples of a thing of the store. */
+typedef struct kept_asset {
+    shd_decoded picture;
+    shd_format format;
+} kept_asset;
+
+enum { HEAD = 64 };
+_Static_assert(sizeof(kept_asset) <= HEAD, "samples stay aligned");
+
+static const char prefix[] = "sha256-";
+
+static void take_thing(shd_stored *thing, const shd_digest *digest, shd_asset *out) {
+    const kept_asset *kept = shd_stored_bytes(thing);
+    *out = (shd_asset){.thing = thing,
+                       .digest = *digest,
+                       .picture = &kept->picture,
+                       .samples = (const char *)kept + HEAD};
+}
+
+/* ---- Decoding ---- */
+
+typedef struct decoding {
+    shd_request *request;
+    const shd_digest *digest;
+    bool must_fit; /* into the store; else it may be the request's alone */
+    shd_stored *thing;
+} decoding;
+
+static void *make_room(void *context, const shd_decoded *picture, size_t bytes, shd_error *error) {
+    decoding *d = context;
+    shd_store *store = d->request->rendering.engine->store;
+    (void)picture;
+    if (d->must_fit && shd_store_admit(store, HEAD + bytes, error) != SHD_OK) return NULL;
+    const shd_status status =
+        shd_stored_new(store, SHD_THING_ASSET, d->digest, HEAD + bytes, &d->thing, error);
+    return status == SHD_OK ? (char *)shd_stored_bytes(d->thing) + HEAD : NULL;
+}
+
+/* Makes a thing of a file's bytes, which the caller drops. */
+static shd_status decode_asset(shd_request *request, const void *data, size_t size,
+                               const shd_digest *digest, bool must_fit, shd_stored **out,
+                               shd_error *error) {
+    decoding d = {.request = request, .digest = digest, .must_fit = must_fit};
+    const shd_decode_job job = {.data = data,
+                                .size = size,
+                                .most = request->limits.pixels,
+                                .budget = request->rendering.engine->budget,
+                                .cancelled = request->rendering.cancelled,
+                                .room = make_room,
+                                .context = &d};
+    shd_decoded picture;
+    const shd_status status = shd_decode_file(&job, &picture, error);
+    if (status != SHD_OK) {
+        shd_stored_drop(d.thing);
+        return status;
+    }
+    *(kept_asset *)shd_stored_bytes(d.thing) =
+        (kept_asset){.picture = picture, .format = shd_format_sniff(data, size)};
+    *out = d.thing;
+    return SHD_OK;
+}
+
+/* ---- What clients put ---- */
+
+bool shd_engine_has_asset(shd_engine *engine, const shd_digest *digest) {
+    shd_stored *thing = shd_store_find(engine->store, SHD_THING_ASSET, digest);
+    shd_stored_drop(thing);
+    return thing;
+}
+
+shd_status shd_request_keep_asset(shd_request *request, const void *data, size_t length,
+                                  const shd_digest *digest, const char *client, bool *known) {
+    shd_stored *thing = NULL;
+    shd_error error;
+    shd_stage_begin(&request->rendering);
+    shd_status status = decode_asset(request, data, length, digest, true, &thing, &error);
+    if (status == SHD_OK)
+        status = shd_store_put(request->rendering.engine->store, thing, client, known, &error);
+    shd_stored_drop(thing);
+    if (status != SHD_OK) {
+        shd_report_error(&request->report, status, error.path, "%s", error.text);
+        shd_report_limit(&request->report, error.limit);
+    }
+    shd_stage_end(&request->rendering, &request->rendering.times.parse);
+    return status;
+}
+
+static shd_status open_kept(shd_request *request, const char *name, shd_asset *out,
+                            shd_error *error) {
+    shd_store *store = request->rendering.engine->store;
+    shd_digest digest;
+    if (!shd_digest_read(name + strlen(prefix), &digest))
+        return shd_fail(error, SHD_SCENE, "",
+                        "expected \"sha256-\" and 64 hexadecimal digits, in lower case, got \"%s\"",
+                        shd_quote(name).text);
+    if (!shd_store_load_of(store).cap)
+        return shd_fail(error, SHD_SCENE, "", "no assets are kept here by their digest");
+    shd_stored *thing = shd_store_find(store, SHD_THING_ASSET, &digest);
+    if (!thing) return shd_fail(error, SHD_MISSING, "", "no asset %s is kept here", name);
+    take_thing(thing, &digest, out);
+    const kept_asset *kept = shd_stored_bytes(thing);
+    snprintf(out->name, sizeof out->name, "asset.%s", shd_format_get(kept->format)->name);
+    return SHD_OK;
+}
+
+/* ---- What the operator has ---- */
+
+static shd_status read_file(shd_request *request, size_t index, shd_asset *out, shd_error *error) {
+    const shd_engine *engine = request->rendering.engine;
+    void *data;
+    size_t size;
+    shd_digest digest;
+    shd_status status =
+        shd_asset_read(engine->assets, index, request->limits.memory, &data, &size, &digest, error);
+    if (status != SHD_OK) return status;
+    shd_budget_count(engine->budget, size);
+    shd_stored *thing = shd_store_find(engine->store, SHD_THING_ASSET, &digest);
+    bool known;
+    if (!thing) {
+        status = decode_asset(request, data, size, &digest, false, &thing, error);
+        /* For any client: what the operator has belongs to nobody. */
+        if (status == SHD_OK) shd_store_put(engine->store, thing, "", &known, NULL);
+    }
+    shd_budget_give(engine->budget, size);
+    free(data);
+    if (status == SHD_OK) take_thing(thing, &digest, out);
+    return status;
+}
+
+static shd_status open_named(shd_request *request, const char *name, shd_asset *out,
+                             shd_error *error) {
+    const shd_engine *engine = request->rendering.engine;
+    size_t index = 0, count = 0;
+    shd_digest digest;
+    const char *const *names = engine->assets ? shd_asset_names(engine->assets, &count) : NULL;
+    if (!count)
+        return shd_fail(error, SHD_SCENE, "",
+                        "no assets have names here: \"%s\" is none; what was put is named by "
+                        "\"sha256-\" and its digits",
+                        shd_quote(name).text);
+    if (!shd_asset_find(engine->assets, name, &index))
+        return shd_fail(error, SHD_SCENE, "", "unknown asset \"%s\"%s", shd_quote(name).text,
+                        shd_suggest(&request->report, name, names, count).text);
+    shd_stored *thing = shd_asset_known(engine->assets, index, &digest)
+                            ? shd_store_find(engine->store, SHD_THING_ASSET, &digest)
+                            : NULL;
+    shd_status status = SHD_OK;
+    if (thing)
+        take_thing(thing, &digest, out);
+    else
+        status = read_file(request, index, out, error);
+    if (status == SHD_OK) snprintf(out->name, sizeof out->name, "%s", names[index]);
+    return status;
+}
+
+shd_status shd_asset_open(shd_request *request, const char *name, shd_asset *out,
+                          shd_error *error) {
+    const bool is_digest = !strncmp(name, prefix, strlen(prefix));
+    return (is_digest ? open_kept : open_named)(request, name, out, error);
+}

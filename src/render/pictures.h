@@ -1,0 +1,44 @@
+/* Pictures that documents name: files that clients have put under their digest, and those of the
+ * operator's folder.
+ *
+ * A picture is decoded once, by a process of its own (assets/decoder.h), and converted once for
+ * each space that it is taken in. Both are kept in the engine's store under its one cap; what is
+ * too large to be kept is made for the request alone. */
+#pragma once
+
+#include "base/texels.h"
+#include "render/request.h"
+
+/* How a document takes a picture. */
+typedef struct shd_picture_wish {
+    /* "sha256-" and the 64 digits of a file that was put, or the name of one of the operator's.
+     * Any text that a client has sent. */
+    const char *name;
+    /* The space of the picture's values, as the document tells it. NULL: the configuration's rules
+     * for files tell it by the file's name or format; where only their default matches, integers
+     * are sRGB and floats are linear in the role scene_linear. */
+    const shd_space_info *space;
+    /* The space that they are wanted in, the scene's working space. NULL: they are no color
+     * (normals, opacities), and stay as the file has them: codes become [0,1], floats stay. */
+    const shd_space_info *working;
+} shd_picture_wish;
+
+/* The picture, decoded and converted, which the request holds until it is dropped. A picture that
+ * the request has is found again at once. The request's thread; it may take as long as decoding
+ * does, which the request's cancelling ends.
+ *
+ * `key` of what it gives tells one wish from another that has other texels, and is the same in all
+ * processes: entity tags and keys of what is kept take it. Of a wish whose spaces say the same in
+ * other words it is the same.
+ *
+ * error->path is "", for the caller to say where in the document it is.
+ * SHD_SCENE: the operator's folder has no such name, the text is no digest, or the folder's file
+ * cannot be read as a picture. SHD_MISSING: nothing is kept by that digest. SHD_LIMIT: it has more
+ * pixels than the limit `pixels`, or takes more than the limit `memory` leaves of the request.
+ * SHD_MEMORY, SHD_CROWDED, SHD_EXHAUSTED, SHD_CANCELLED; SHD_INTERNAL: no process could be
+ * started. */
+shd_status shd_request_texels(shd_request *request, const shd_picture_wish *wish,
+                              const shd_texels **out, shd_error *error);
+
+/* Bytes that the request's pictures take, as its limit `memory` counts them. */
+uint64_t shd_request_texel_bytes(const shd_request *request);
