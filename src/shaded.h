@@ -337,6 +337,14 @@ shd_status shd_request_fit(shd_request *request, const char *path, shd_format fo
                            const char *object, const shd_render_options *options, char **json,
                            shd_error *error);
 
+/* Reads a scene and the name of its photo, which is kept or the operator's: {"scene": {...},
+ * "photo": "sha256-...", "object": "ball"}. Returns the report's status. */
+shd_status shd_request_read_fit(shd_request *request, const char *json, size_t length);
+
+/* After that: as shd_request_fit. What is wrong with the photo is told at "/photo", and the rest at
+ * "/object" or within "/scene". */
+shd_status shd_request_fit_kept(shd_request *request, char **json, shd_error *error);
+
 /* Plans the scene and tells the plan, without rendering anything: what is used, what is left out
  * and why, upper bounds of the picture's error, and an estimate of what it costs. The text is JSON,
  * as the HTTP route of the same name answers it, or words, a sentence a line. Call it once, after a

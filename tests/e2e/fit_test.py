@@ -1,10 +1,11 @@
-"""shade fit: what a picture of a scene tells of a material."""
+"""shade fit and POST /v1/fit: what a picture of a scene tells of a material."""
 
+import hashlib
 import json
 import subprocess
 import unittest
 
-from e2e.daemon import BUILD, environment
+from e2e.daemon import BUILD, Daemon, environment
 from e2e.daemon_test import Folder
 
 SHADE = str(BUILD / "shade")
@@ -56,6 +57,54 @@ class CommandTest(Folder):
             self.assertIn(message, done.stderr.decode())
         done = shade("check", scene, "--object", "ball")
         self.assertEqual((done.returncode, "--object is for fit" in done.stderr.decode()), (2, True))
+
+
+class RequestTest(Folder):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon("--max-work", "1")
+        cls.addClassCleanup(cls.daemon.stop)
+
+    def put(self, scene, suffix, media_type):
+        """A photo of the scene, and what it is named by."""
+        path = self.folder / ("photo." + suffix)
+        self.assertEqual(shade("render", self.file(json.dumps(scene), "scene.json"), "-o", path).returncode, 0)
+        data = path.read_bytes()
+        digest = hashlib.sha256(data).hexdigest()
+        self.assertEqual(self.daemon.call("PUT", "/v1/assets/" + digest, data, {"Content-Type": media_type}).status // 100, 2)
+        return path, "sha256-" + digest
+
+    def problem(self, code, **document):
+        answer = self.daemon.post("/v1/fit", document)
+        self.assertEqual(answer.status, code, answer.body)
+        return {error["pointer"]: error["detail"] for error in json.loads(answer.body)["errors"]}
+
+    def test_it_tells_what_the_command_line_does(self):
+        for suffix, media_type in ("png", "image/png"), ("hdr", "application/octet-stream"):
+            path, photo = self.put(BALL, suffix, media_type)
+            answer = self.daemon.post("/v1/fit", {"scene": BALL, "photo": photo, "object": "ball"})
+            self.assertEqual(answer.status, 200, answer.body)
+            done = shade("fit", path, self.folder / "scene.json", "--object", "ball")
+            self.assertEqual(json.loads(answer.body), json.loads(done.stdout))
+
+    def test_mistakes_are_told_at_their_places(self):
+        photo = self.put(BALL, "png", "image/png")[1]
+        missing = self.problem(409, scene=BALL, photo="sha256-" + "0" * 64)
+        self.assertIn("/photo", missing)
+        self.assertEqual(set(self.problem(422, scene={**BALL, "lights": 3}, photo="x.png")), {"/scene/lights", "/photo"})
+        small = {**BALL, "image": {"width": 64, "height": 47}}
+        self.assertEqual(self.problem(422, scene=small, photo=photo),
+                         {"/photo": "the picture has 64 x 48 pixels, not 64 x 47"})
+        self.assertIn("/object", self.problem(422, scene=BALL, photo=photo, object="bell"))
+        for more, place in (({"spectral": True}, "/scene/spectral"), ({"output": {"channel": "R"}}, "/scene/output/channel"),
+                            ({"output": {"format": "exr"}}, "/scene/output")):
+            self.assertIn(place, self.problem(422, scene={**BALL, **more}, photo=photo))
+        self.assertIn("", self.problem(422, scene=BALL))
+        # One picture of it would be admitted, but not 18 of nine terms.
+        lights = [{"type": "point", "position": [i, 3, 3], "color": 0.001} for i in range(3000)]
+        crowd = {**BALL, "lights": lights, "accuracy": {"tier": "exact"}, "image": {"width": 64, "height": 48, "samples": 1}}
+        self.assertEqual(self.daemon.render(crowd).status, 200)
+        self.assertIn("`work`", " ".join(self.problem(422, scene=crowd, photo=photo).values()))
 
 
 if __name__ == "__main__":

@@ -4,10 +4,11 @@
  * pictures add up to what the photo shows, once its output's colors are undone. Pixels that are the
  * object's alone count; what is beside its edges is nobody's business. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "render/request.h"
+#include "render/pair.h"
 #include "render/tell/fit_answer.h"
 #include "render/tell/fit_bases.h"
 #include "scene/json.h"
@@ -209,4 +210,21 @@ shd_status shd_request_fit(shd_request *request, const char *path, shd_format fo
     status = find(request, &samples, format, object, options, json, error);
     free(samples.values);
     return shd_request_blame(request, status, error);
+}
+
+shd_status shd_request_fit_kept(shd_request *request, char **json, shd_error *error) {
+    const shd_pair *pair = request->pair;
+    shd_request *side = pair->sides[0];
+    shd_error why;
+    shd_status status = find(side, pair->photo, pair->format, pair->object, NULL, json, &why);
+    shd_times_add(&request->rendering.times, &side->rendering.times);
+    status = shd_request_blame(side, status, &why);
+    if (status == SHD_OK || !error) return status;
+    *error = why;
+    if (!*why.path && status == SHD_SCENE)
+        strcpy(error->path, "/photo");
+    else if (strcmp(why.path, "/object") != 0)
+        snprintf(error->path, sizeof error->path, "/scene%.*s", (int)sizeof error->path - 7,
+                 why.path);
+    return status;
 }
