@@ -3,6 +3,7 @@
 #include <dlfcn.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <unistd.h>
 
 /* Looks in the folders where dlopen would, from a program or a library that is loaded. */
@@ -13,8 +14,10 @@ static void look_from(void *loader, const char *name, int mode, char path[PATH_M
     *folders = size;
     if (!dlinfo(loader, RTLD_DI_SERINFO, folders)) {
         for (unsigned i = 0; i < folders->dls_cnt && !*path; i++) {
-            int length = snprintf(path, PATH_MAX, "%s/%s", folders->dls_serpath[i].dls_name, name);
-            if (length >= PATH_MAX || access(path, mode)) *path = 0;
+            char file[PATH_MAX];
+            const int length =
+                snprintf(file, sizeof file, "%s/%s", folders->dls_serpath[i].dls_name, name);
+            if (length < PATH_MAX && !access(file, mode)) memcpy(path, file, (size_t)length + 1);
         }
     }
     free(folders);

@@ -1,0 +1,232 @@
+"""Pictures that are put under their digest or have a name, and requests that name them."""
+
+import hashlib
+import io
+import json
+import os
+import signal
+import socket
+import struct
+import subprocess
+import unittest
+import zlib
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from e2e.daemon import BUILD, SANITIZED, SMALL, Daemon, environment
+from e2e.daemon_test import Folder, wait_until
+
+SHADE = str(BUILD / "shade")
+NOISE = np.random.default_rng(7).integers(0, 256, (48, 64, 4), dtype=np.uint8)
+
+
+def file_of(codes, kind="PNG", **options):
+    out = io.BytesIO()
+    Image.fromarray(codes).save(out, kind, **options)
+    return out.getvalue()
+
+
+def digest_of(body):
+    return hashlib.sha256(body).hexdigest()
+
+
+def name_of(body):
+    return "sha256-" + digest_of(body)
+
+
+def chunk(kind, data):
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+
+
+def blank(width, height, rows):
+    """A PNG that says it is so wide and high, and has so many rows, all black."""
+    packer = zlib.compressobj(9)
+    pixels = b"".join(packer.compress(bytes(3 * width + 1)) for _ in range(rows)) + packer.flush()
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)) +
+            chunk(b"IDAT", pixels) + chunk(b"IEND", b""))
+
+
+def radiance(width, height):
+    """A Radiance HDR of 64 grey pixels, whatever it says."""
+    return f"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n".encode() + 64 * b"\x80\x80\x80\x81"
+
+
+OPAQUE = file_of(NOISE[:, :, :3])
+CLEAR = file_of(NOISE)
+
+
+class Test(Folder):
+    def put(self, daemon, body, kind="image/png", digest=None, **headers):
+        return daemon.call("PUT", f"/v1/assets/{digest or digest_of(body)}", body,
+                           {"Content-Type": kind, **headers})
+
+    def problem(self, answer, status, name, *words):
+        self.assertEqual(answer.status, status, answer.body)
+        problem = json.loads(answer.body)
+        self.assertEqual(problem["type"], f"urn:shaded:problem:{name}")
+        for word in words:
+            self.assertIn(word, answer.body.decode())
+        return problem
+
+    def diff(self, daemon, a, b, **more):
+        return daemon.post("/v1/diff", {"a": a, "b": b, **more})
+
+
+class AssetsTest(Test):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon("--max-pixels", "100000", "--mesh-store", "300K", "--threads", "2")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.daemon.stop()
+
+    def test_kept_pictures_are_as_far_apart_as_their_files(self):
+        files = {"o.png": OPAQUE, "c.png": CLEAR, "q.jpg": file_of(NOISE[:, :, :3], "JPEG", quality=80),
+                 "w.webp": file_of(NOISE, "WEBP", quality=70),
+                 "g.png": file_of(NOISE[:, :, 0]),
+                 "d.png": file_of(NOISE[:, :, 0].astype(np.uint16) * 257)}
+        for name, body in files.items():
+            (self.folder / name).write_bytes(body)
+            self.assertIn(self.put(self.daemon, body).status, (201, 204), name)
+        names = list(files)
+        for a, b in zip(names, names[1:]):
+            done = subprocess.run([SHADE, "diff", self.folder / a, self.folder / b], check=True,
+                                  capture_output=True, env=environment())
+            answer = self.diff(self.daemon, name_of(files[a]), name_of(files[b]))
+            self.assertEqual(json.loads(answer.body), json.loads(done.stdout), (a, b))
+
+    def test_a_picture_is_held_against_a_scene(self):
+        scene = {**SMALL, "image": {"width": 40, "height": 30}}
+        picture = self.daemon.render(scene).body
+        self.problem(self.diff(self.daemon, name_of(picture), scene), 409, "unknown-data", "/a",
+                     digest_of(picture), "/v1/assets/")
+        first, again = self.put(self.daemon, picture), self.put(self.daemon, picture)
+        self.assertEqual((first.status, first.body, again.status), (201, b"", 204))
+        for sides in (name_of(picture), scene), (scene, name_of(picture)):
+            self.assertEqual(json.loads(self.diff(self.daemon, *sides).body)["differing"], 0)
+        larger = {**scene, "image": {"width": 41, "height": 30}}
+        self.problem(self.diff(self.daemon, name_of(picture), larger), 422, "scene", "/b/image/width")
+        self.problem(self.diff(self.daemon, larger, name_of(picture)), 422, "scene", '"/b"', "41 x 30")
+        self.problem(self.diff(self.daemon, 3, {}), 422, "scene", '"/a"', "a scene, or a string")
+        both = self.diff(self.daemon, "sha256-" + 64 * "0", "sha256-" + 64 * "1")
+        self.assertEqual([error["pointer"] for error in self.problem(both, 409, "unknown-data")["errors"]],
+                         ["/a", "/b"])
+        for name in ("brick.png", "../brick.png", "", "sha256-", "sha256-" + 64 * "A"):
+            self.problem(self.diff(self.daemon, name, scene), 422, "scene", '"/a"')
+
+    def test_what_is_no_picture_is_refused(self):
+        self.problem(self.put(self.daemon, OPAQUE, digest="0" * 64), 422, "asset", digest_of(OPAQUE))
+        self.problem(self.put(self.daemon, OPAQUE, digest="A" * 64), 404, "not-found")
+        self.problem(self.put(self.daemon, OPAQUE, "text/plain"), 415, "media-type", "image/*")
+        for body, words in ((b"", "begins as no PNG"), (b"GIF89a", "begins as no PNG"),
+                            (OPAQUE[:-40], "PNG: "), (OPAQUE[:30], "PNG: "),
+                            (file_of(NOISE[:, :, :3], "JPEG")[:-300], "JPEG: "),
+                            (file_of(NOISE, "WEBP")[:-300], "WebP: ")):
+            self.problem(self.put(self.daemon, body), 422, "asset", words)
+        packed = zlib.compress(OPAQUE, wbits=31)
+        self.assertEqual(self.put(self.daemon, packed, digest=digest_of(OPAQUE),
+                                  **{"Content-Encoding": "gzip"}).status // 100, 2)
+
+    def test_what_promises_much_is_refused_by_its_head(self):
+        for body in (blank(100000, 100000, 1), blank(317, 316, 1)):
+            self.problem(self.put(self.daemon, body), 422, "limit", "`pixels`")
+        self.problem(self.put(self.daemon, blank(310, 310, 310)), 422, "limit", "`mesh-store`")
+        self.problem(self.put(self.daemon, radiance(100000, 100000)), 422, "limit", "`pixels`")
+        self.assertEqual(self.daemon.get("/readyz", admin=True).status, 200)
+
+    def test_floats_are_kept_and_not_compared(self):
+        body = radiance(8, 8)
+        self.assertEqual(self.put(self.daemon, body, "image/vnd.radiance").status, 201)
+        self.problem(self.diff(self.daemon, name_of(body), name_of(body)), 422, "scene", "floats")
+
+    def test_they_stay_below_the_cap(self):
+        for shift in range(30):
+            body = file_of(np.roll(NOISE, shift, axis=0))
+            self.assertIn(self.put(self.daemon, body).status, (201, 204))
+            self.assertLessEqual(self.daemon.metrics()["shaded_mesh_store_bytes"], 300 << 10)
+        self.assertGreater(self.daemon.metrics()["shaded_mesh_store_evictions_total"], 10)
+        self.problem(self.diff(self.daemon, name_of(file_of(NOISE)), SMALL), 409, "unknown-data")
+        self.assertEqual(self.diff(self.daemon, name_of(body), name_of(body)).status, 200)
+
+    def test_no_process_is_left(self):
+        self.put(self.daemon, CLEAR[:-50])
+        tasks = Path(f"/proc/{self.daemon.pid}/task").glob("*/children")
+        self.assertEqual([task.read_text() for task in tasks if task.read_text()], [])
+
+
+class FolderTest(Test):
+    def test_an_operators_pictures_have_names(self):
+        assets = self.folder / "assets"
+        assets.mkdir()
+        (assets / "brick.png").write_bytes(OPAQUE)
+        (assets / "notes.txt").write_text("none")
+        with Daemon("--assets", str(assets)) as daemon:
+            same = self.diff(daemon, "brick.png", "brick.png")
+            self.assertEqual(json.loads(same.body)["differing"], 0)
+            self.problem(self.diff(daemon, "brik.png", "notes.txt"), 422, "scene", "brick.png", '"/b"')
+            (assets / "stone.png").write_bytes(CLEAR)
+            (assets / "brick.png").write_bytes(CLEAR)
+            self.problem(self.diff(daemon, "brick.png", "stone.png"), 422, "scene", "/b")
+            daemon.signal(signal.SIGHUP)
+            wait_until(lambda: daemon.events("reloaded"))
+            self.assertEqual(json.loads(self.diff(daemon, "brick.png", "stone.png").body)["differing"], 0)
+        done = subprocess.run([BUILD / "shaded", "--listen", "127.0.0.1:0", "--admin", "off", "--assets",
+                               self.folder / "none"], capture_output=True, check=False, env=environment())
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("none", done.stderr.decode())
+
+
+class ProcessTest(unittest.TestCase):
+    """What the process that decodes may do, as src/decode/wire.h has it asked."""
+
+    TOLD = struct.Struct("<Q7i256s4x")
+
+    def start(self, body):
+        ours, its = socket.socketpair()
+        program = subprocess.Popen([BUILD / "shaded-decode"], stdin=its, env=environment())
+        self.addCleanup(program.wait)
+        self.addCleanup(program.kill)
+        self.addCleanup(ours.close)
+        its.close()
+        ours.sendall(struct.pack("<4Q", self.TOLD.size, len(body), 1 << 24, 64 << 20) + body)
+        return program, ours
+
+    def hear(self, ours):
+        told = self.TOLD.unpack(ours.recv(self.TOLD.size, socket.MSG_WAITALL))
+        return told[1], told[2:8], told[8].rstrip(b"\0").decode()
+
+    def test_it_has_limits_and_no_files_when_it_decodes(self):
+        program, ours = self.start(OPAQUE)
+        self.assertEqual(self.hear(ours), (0, (64, 48, 3, 0, 0, 1), ""))
+        limits = Path(f"/proc/{program.pid}/limits").read_text()
+        for name, value in (("open files", 0), ("file size", 0), ("core file size", 0), ("cpu time", 30)):
+            self.assertRegex(limits, rf"(?m)^Max {name} +{value} +{value} ")
+        if not SANITIZED:
+            self.assertRegex(limits, r"(?m)^Max data size +[0-9]{8,9} ")
+        self.assertEqual(sorted(os.listdir(f"/proc/{program.pid}/fd")), ["0", "1", "2"])
+        ours.sendall(struct.pack("<Q", 1 << 24))
+        self.assertEqual(self.hear(ours)[0], 0)
+        self.assertEqual(ours.recv(48 * 64 * 3, socket.MSG_WAITALL), NOISE[:, :, :3].tobytes())
+        self.assertEqual((ours.recv(1), program.wait()), (b"", 0))
+
+    @unittest.skipIf(SANITIZED, "sanitizers map what the limit is for")
+    def test_it_takes_no_more_memory_than_it_is_given(self):
+        _, ours = self.start(blank(4000, 4000, 4000))
+        self.assertEqual(self.hear(ours)[0], 0)
+        ours.sendall(struct.pack("<Q", 1 << 20))
+        status, _, text = self.hear(ours)
+        self.assertEqual((status, text), (5, "out of memory"))
+        self.assertEqual(ours.recv(1), b"")
+
+    def test_it_ends_with_who_asked(self):
+        program, ours = self.start(OPAQUE)
+        self.hear(ours)
+        ours.close()
+        self.assertEqual(program.wait(), 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
