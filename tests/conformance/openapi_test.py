@@ -689,6 +689,11 @@ class ServerTest(unittest.TestCase):
                 "model": "phong-normalized", "specular": 0.5, "shininess": i}} for i in range(300)]}
             self.check(daemon.post("/v1/brdf", many), "/v1/brdf", "post", "504")
             self.check(daemon.post(DIFF, {"a": ENDLESS, "b": ENDLESS}), DIFF, "post", "504")
+            large = {"image": {"width": 1024, "height": 1024, "samples": 16}, "objects": [{"type": "sphere"}]}
+            photo = daemon.render({**large, "objects": [], "output": {"format": "webp", "quality": 100}}).body
+            self.put_asset(daemon, "201", photo)
+            name = "sha256-" + hashlib.sha256(photo).hexdigest()
+            self.check(daemon.post(FIT, {"scene": large, "photo": name}), FIT, "post", "504")
 
     def draining(self):
         daemon = Daemon("--threads", "1", "--timeout", "300", "--drain-time", "300")
