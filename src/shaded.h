@@ -325,6 +325,26 @@ shd_status shd_request_read_pair(shd_request *request, const char *json, size_t 
 shd_status shd_request_diff_pair(shd_request *request, bool map, unsigned char **data, size_t *size,
                                  shd_error *error);
 
+/* Finds the coefficients of an object's material from a photo: of Phong's model, Blinn's or the
+ * normalized one, as the scene has it. Geometry, camera, lights and the output, whose colors are
+ * undone, are the scene's. `object`: a name, or a number from 0 on; NULL: all objects, which then
+ * share one material. *json tells the coefficients with their covariance, and which of them this
+ * light does not tell; the caller frees it. It renders 12 to 18 times. Call it once, after a
+ * successful read with the photo's format. SHD_SCENE at "/object": it is not there, or not seen, or
+ * has another model. At "": the photo cannot be read, is of another size, or has no pixel that
+ * tells anything. Otherwise as shd_request_compare. */
+shd_status shd_request_fit(shd_request *request, const char *path, shd_format format,
+                           const char *object, const shd_render_options *options, char **json,
+                           shd_error *error);
+
+/* Reads a scene and the name of its photo, which is kept or the operator's: {"scene": {...},
+ * "photo": "sha256-...", "object": "ball"}. Returns the report's status. */
+shd_status shd_request_read_fit(shd_request *request, const char *json, size_t length);
+
+/* After that: as shd_request_fit. What is wrong with the photo is told at "/photo", and the rest at
+ * "/object" or within "/scene". */
+shd_status shd_request_fit_kept(shd_request *request, char **json, shd_error *error);
+
 /* Plans the scene and tells the plan, without rendering anything: what is used, what is left out
  * and why, upper bounds of the picture's error, and an estimate of what it costs. The text is JSON,
  * as the HTTP route of the same name answers it, or words, a sentence a line. Call it once, after a

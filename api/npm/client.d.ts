@@ -45,6 +45,7 @@ export class Shaded {
     analyze(scene: Scene, options?: Asking): Promise<Answer<"/v1/analyze", "post">>;
     brdf(scene: Scene, options?: Asking): Promise<Answer<"/v1/brdf", "post">>;
     diff(a: Scene, b: Scene, options?: Asking): Promise<Answer<"/v1/diff", "post">>;
+    fit(scene: Scene, photo: string, object?: string, options?: Asking): Promise<Answer<"/v1/fit", "post">>;
     batch(batch: Batch, options?: Asking): Promise<Response>;
     keepScene(scene: Scene, options?: Asking): Promise<Answer<"/v1/scenes", "put">>;
     materials(options?: Asking): Promise<Answer<"/v1/materials", "get">>;

@@ -67,6 +67,12 @@ export class Shaded {
         return this.#tell("v1/diff", { ...options, method: "POST", body: { a, b }, headers });
     }
 
+    /* The coefficients of an object's material (its name; undefined: all objects have one) from a photo that was put. */
+    fit(scene, photo, object, options) {
+        const headers = { Accept: "application/json" };
+        return this.#tell("v1/fit", { ...options, method: "POST", body: { scene, photo, object }, headers });
+    }
+
     /* The parts as they come, in the body of the answer. */
     batch(batch, options) { return this.request("v1/batch", { ...options, method: "POST", body: batch }); }
 

@@ -89,7 +89,8 @@ typedef struct cli_options {
     size_t above_count;
     double density;     /* --density; 0: not given */
     bool phong;         /* --phong */
-    const char *assets; /* --assets; NULL: not given */
+    const char *meshes; /* --meshes; NULL: not given */
+    const char *object; /* --object; NULL: not given */
     shd_engine_options engine;
 } cli_options;
 
@@ -119,6 +120,11 @@ bool cli_take_above(const char *text, cli_options *options);
 
 /* Tells how far two pictures are apart, each of a file or a scene. Returns the exit status. */
 int cli_diff(const char *const paths[2], const cli_options *options);
+
+/* ---- fit.c ---- */
+
+/* Tells the coefficients of a material in a photo of a scene. Returns the exit status. */
+int cli_fit(const char *photo, const char *scene, const cli_options *options);
 
 /* ---- link.c ---- */
 

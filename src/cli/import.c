@@ -110,12 +110,12 @@ int cli_import(const char *path, const cli_options *options) {
     if (!is_model && !has_suffix(path, materials))
         return cli_usage("unknown suffix in '%s': obj, gltf, glb, ply, stl and json are known",
                          path);
-    importing it = {.model = path, .folder = options->assets};
+    importing it = {.model = path, .folder = options->meshes};
     const shd_import_options import = {.phong = options->phong,
                                        .keep = it.folder ? write_mesh : NULL,
                                        .note = print_note,
                                        .context = &it};
-    if (!is_model && it.folder) return cli_usage("--assets is for models");
+    if (!is_model && it.folder) return cli_usage("--meshes is for models");
     if (it.folder && !cli_make_folder(it.folder)) return CLI_FAILED;
     const int result =
         is_model ? import_model(path, options, &import) : import_material(path, options, &import);

@@ -42,6 +42,9 @@ static const char help_text[] =
     "glb, "
     "ply\n"
     "                                       or stl; or of a material of three.js (json)\n"
+    "  shade fit PHOTO SCENE.json           find the coefficients of a material from a photo of "
+    "its\n"
+    "                                       scene, as JSON, with what its light does not tell\n"
     "  shade check SCENE.json...            say what is wrong with scenes; silent if nothing is\n"
     "\n"
     "  -o, --output OUT   where the picture goes. Its suffix (png, jpg, webp, tif, exr, hdr)\n"
@@ -60,9 +63,11 @@ static const char help_text[] =
     "      --density N    pixels a degree of sight that FLIP reckons with, 10 to 400 (default: "
     "67)\n"
     "      --phong        give imported materials Phong's model, by the nearest fit\n"
-    "      --assets FOLDER  write the meshes of an imported model there, each under its SHA-256, "
+    "      --meshes FOLDER  write the meshes of an imported model there, each under its SHA-256, "
     "for\n"
     "                     PUT /v1/meshes; the scene names them (default: the scene has them)\n"
+    "      --object NAME  whose material a fit finds: its `name`, or its number from 0 on; needed\n"
+    "                     if objects have several materials\n"
     "      --threads N    threads to render with (default: as processors allow)\n"
     "      --kernel NAME  portable, avx2, avx512 or neon: instructions to render with (default:\n"
     "                     auto, the widest there are; the picture is the same)\n"
@@ -86,7 +91,7 @@ static const char help_text[] =
     "wrong.\n";
 
 #define COMMANDS                                                                                   \
-    "render, explain, compare, analyze, brdf, link, batch, verify, diff, import or check"
+    "render, explain, compare, analyze, brdf, link, batch, verify, diff, import, fit or check"
 
 static int print_and_exit(const char *text) {
     return cli_write_stdout(text, strlen(text)) ? CLI_DONE : CLI_FAILED;
@@ -157,7 +162,8 @@ enum {
     OPTION_FAIL_ABOVE,
     OPTION_DENSITY,
     OPTION_PHONG,
-    OPTION_ASSETS
+    OPTION_MESHES,
+    OPTION_OBJECT
 };
 
 /* Those of diff. As take_option. */
@@ -235,13 +241,16 @@ static int take_option(int option, const char *value, cli_options *options) {
     case OPTION_PHONG:
         options->phong = true;
         return -1;
-    case OPTION_ASSETS:
-        if (!*value) return cli_usage("--assets is empty");
-        options->assets = value;
+    case OPTION_MESHES:
+        if (!*value) return cli_usage("--meshes is empty");
+        options->meshes = value;
         return -1;
     case OPTION_FAIL_ABOVE:
     case OPTION_DENSITY:
         return take_comparison(option, value, options);
+    case OPTION_OBJECT:
+        options->object = value;
+        return -1;
     case 'h':
         return print_and_exit(help_text);
     case 'V':
@@ -271,7 +280,8 @@ static int read_options(int argc, char **argv, cli_options *options, size_t *cou
         {"fail-above", required_argument, NULL, OPTION_FAIL_ABOVE},
         {"density", required_argument, NULL, OPTION_DENSITY},
         {"phong", no_argument, NULL, OPTION_PHONG},
-        {"assets", required_argument, NULL, OPTION_ASSETS},
+        {"meshes", required_argument, NULL, OPTION_MESHES},
+        {"object", required_argument, NULL, OPTION_OBJECT},
         {"help", no_argument, NULL, 'h'},
         {"version", no_argument, NULL, 'V'},
         {NULL, 0, NULL, 0},
@@ -302,6 +312,11 @@ static int run_other(const char *name, const char *const *scenes, size_t count,
         if (!strcmp(scenes[0], "-") && !strcmp(scenes[1], "-"))
             return cli_usage("stdin is one scene, not two");
         return cli_diff(scenes, options);
+    }
+    if (!strcmp(name, "fit")) {
+        if (options->output) return cli_usage("fit writes to stdout: -o has no place here");
+        if (count != 2) return cli_usage("fit wants a photo and a scene, not %zu", count);
+        return cli_fit(scenes[0], scenes[1], options);
     }
     if (!strcmp(name, "link")) {
         if (options->output) return cli_usage("link writes to stdout: -o has no place here");
@@ -335,8 +350,9 @@ static int run_command(const char *name, const char *const *scenes, size_t count
         return cli_usage("--pixels, --seed and --tolerance are for verify");
     if (options->compares && strcmp(name, "diff"))
         return cli_usage("--fail-above and --density are for diff");
-    if ((options->phong || options->assets) && strcmp(name, "import"))
-        return cli_usage("--phong and --assets are for import");
+    if ((options->phong || options->meshes) && strcmp(name, "import"))
+        return cli_usage("--phong and --meshes are for import");
+    if (options->object && strcmp(name, "fit")) return cli_usage("--object is for fit");
     const int other = run_other(name, scenes, count, options);
     if (other >= 0) return other;
     if (command == CLI_COMMANDS) return cli_usage("unknown command '%s': " COMMANDS, name);

@@ -10,22 +10,43 @@ enum { COMPARING = 1000 };
 
 static const char *const places[] = {"/a", "/b"};
 
-/* What is wrong with a side, and what it is warned of, at its place in the document. */
-static void take_report(shd_request *request, int which, const shd_report *from) {
+void shd_pair_take_report(shd_request *request, const char *place, const shd_report *from) {
     shd_report *report = &request->report;
     shd_arena *arena = request->rendering.arena;
     for (size_t i = 0; i < shd_report_errors_kept(from); i++) {
-        const char *place = shd_arena_printf(arena, "%s%s", places[which], from->errors[i].pointer);
-        shd_report_error(report, from->status, place ? place : places[which], "%s",
-                         from->errors[i].detail);
+        const char *at = shd_arena_printf(arena, "%s%s", place, from->errors[i].pointer);
+        shd_report_error(report, from->status, at ? at : place, "%s", from->errors[i].detail);
     }
     if (from->status == SHD_LIMIT || from->status == SHD_MEMORY)
         shd_report_limit(report, from->limit);
     for (size_t i = 0; i < shd_report_warnings_kept(from); i++) {
-        const char *place =
-            shd_arena_printf(arena, "%s%s", places[which], from->warnings[i].pointer);
-        shd_report_warning(report, place ? place : places[which], "%s", from->warnings[i].detail);
+        const char *at = shd_arena_printf(arena, "%s%s", place, from->warnings[i].pointer);
+        shd_report_warning(report, at ? at : place, "%s", from->warnings[i].detail);
     }
+    if (from->status != SHD_OK && report->status == SHD_OK)
+        shd_report_error(report, from->status, place, "it was not read");
+}
+
+shd_pair *shd_pair_new(shd_request *request) {
+    request->pair = shd_arena_zalloc(request->rendering.arena, 1, sizeof *request->pair);
+    if (!request->pair)
+        shd_report_error(&request->report, SHD_MEMORY, "", "the limit `memory` is reached");
+    return request->pair;
+}
+
+shd_status shd_pair_new_side(shd_request *request, const char *place, unsigned share,
+                             shd_request **side) {
+    const size_t used = shd_arena_used(request->rendering.arena);
+    const uint64_t most = request->limits.memory;
+    shd_error error;
+    const shd_status status = shd_request_new(request->rendering.engine, side, &error);
+    if (status != SHD_OK) {
+        shd_report_error(&request->report, status, place, "%s", error.text);
+        return status;
+    }
+    (*side)->rendering.cancelled = request->rendering.cancelled;
+    shd_request_hold(*side, used < most ? (most - used) / share : 0);
+    return SHD_OK;
 }
 
 /* Reads the side's scene, or opens the picture that is `name`d. */
@@ -41,23 +62,12 @@ static void fill_side(shd_request *side, const char *name, const shd_span *text)
     shd_report_limit(&side->report, error.limit);
 }
 
-static shd_status read_side(shd_request *request, int which, const shd_pair_texts *texts,
-                            shd_error *error) {
-    const size_t used = shd_arena_used(request->rendering.arena);
-    const uint64_t most = request->limits.memory;
+static shd_status read_side(shd_request *request, int which, const shd_pair_texts *texts) {
     shd_request **side = &request->pair->sides[which];
-    const shd_status status = shd_request_new(request->rendering.engine, side, error);
-    if (status != SHD_OK) {
-        shd_report_error(&request->report, status, places[which], "%s", error->text);
-        return status;
-    }
-    (*side)->rendering.cancelled = request->rendering.cancelled;
-    shd_request_hold(*side, used < most ? (most - used) / 2 : 0);
+    const shd_status status = shd_pair_new_side(request, places[which], 2, side);
+    if (status != SHD_OK) return status;
     fill_side(*side, texts->names[which], &texts->sides[which]);
-    take_report(request, which, &(*side)->report);
-    if ((*side)->report.status != SHD_OK && request->report.status == SHD_OK)
-        shd_report_error(&request->report, (*side)->report.status, places[which],
-                         "it was not read");
+    shd_pair_take_report(request, places[which], &(*side)->report);
     return (*side)->report.status;
 }
 
@@ -88,21 +98,16 @@ static void check_sizes(shd_request *request) {
 }
 
 static shd_status read_pair(shd_request *request, const char *json, size_t length) {
-    shd_error error;
     shd_pair_texts texts;
     shd_report *report = &request->report;
     if (shd_pair_read(json, length, &request->limits, request->rendering.cancelled,
                       request->rendering.arena, &texts, report) != SHD_OK)
         return report->status;
-    shd_pair *pair = shd_arena_zalloc(request->rendering.arena, 1, sizeof *pair);
-    if (!pair) {
-        shd_report_error(report, SHD_MEMORY, "", "the limit `memory` is reached");
-        return report->status;
-    }
-    request->pair = pair;
+    shd_pair *pair = shd_pair_new(request);
+    if (!pair) return report->status;
     pair->density = texts.density;
     for (int i = 0; i < 2; i++) {
-        const shd_status status = read_side(request, i, &texts, &error);
+        const shd_status status = read_side(request, i, &texts);
         if (status != SHD_OK && status != SHD_SCENE && status != SHD_MISSING) return status;
     }
     if (report->status == SHD_OK) check_sizes(request);

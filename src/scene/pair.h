@@ -1,4 +1,5 @@
-/* Two scenes or pictures in one document, which are to be compared. */
+/* Documents that have scenes and pictures in them: two that are to be compared, and a scene with
+ * its photo. */
 #pragma once
 
 #include "base/cancel.h"
@@ -17,3 +18,14 @@ typedef struct shd_pair_texts {
 shd_status shd_pair_read(const char *text, size_t length, const shd_limits *limits,
                          const atomic_bool *cancelled, shd_arena *arena, shd_pair_texts *out,
                          shd_report *report);
+
+typedef struct shd_fit_texts {
+    shd_span scene;     /* as it is written */
+    const char *photo;  /* what the picture is named by, in the arena */
+    const char *object; /* NULL: it is not there */
+} shd_fit_texts;
+
+/* The same of {"scene": {...}, "photo": "sha256-...", "object": "ball"}. */
+shd_status shd_fit_read(const char *text, size_t length, const shd_limits *limits,
+                        const atomic_bool *cancelled, shd_arena *arena, shd_fit_texts *out,
+                        shd_report *report);

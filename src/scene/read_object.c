@@ -31,6 +31,11 @@ static void read_material(shd_reader *r, const shd_node *node, void *out) {
     *(size_t *)out = shd_use_material(r, node);
 }
 
+static void read_name(shd_reader *r, const shd_node *node, void *out) {
+    const char *name = shd_get_text(r, node, "a string");
+    if (name && *name) *(const char **)out = shd_take_text(r, name);
+}
+
 #define AT(member) offsetof(raw_object, member)
 
 static const shd_range segments = {3, 1024, .text = "3 to 1024"};
@@ -54,7 +59,7 @@ static const shd_field object_fields[] = {
      .mark = INTERPOLATION},
     {"segments", shd_read_integer, AT(segments), ROUND | BOX, .range = &segments, .mark = SEGMENTS},
     {"material", read_material, AT(object.material), .always = true},
-    {"name", .read = shd_read_label},
+    {"name", .read = read_name, .offset = AT(object.name)},
 };
 
 /* The type of an object: a shape, or one after these. TYPES, and an error, if it has none. */

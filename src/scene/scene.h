@@ -202,6 +202,7 @@ typedef struct shd_object {
     const shd_mesh *mesh;        /* SHD_MESH */
     shd_affine transform;        /* object to world; invertible */
     size_t material;             /* index into shd_scene.materials */
+    const char *name; /* for those who ask for it (/v1/fit): no picture depends on it; or NULL */
     shd_interpolation interpolation;
     int segments; /* slices of a tessellated analytic shape, 3 to 1024 */
     /* The light whose visible shape this is; NULL: an object of the document. It follows these. Its

@@ -17,6 +17,7 @@ const struct shd_path shd_paths[SHD_ROUTE_COUNT] = {
     [SHD_ROUTE_ANALYZE] = {"/v1/analyze", WRITE},
     [SHD_ROUTE_BRDF] = {"/v1/brdf", WRITE},
     [SHD_ROUTE_DIFF] = {"/v1/diff", WRITE},
+    [SHD_ROUTE_FIT] = {"/v1/fit", WRITE},
     [SHD_ROUTE_BATCH] = {"/v1/batch", WRITE},
     [SHD_ROUTE_MESHES] = {"/v1/meshes/{sha256}", SHD_PUT | SHD_OPTIONS},
     [SHD_ROUTE_ASSETS] = {"/v1/assets/{sha256}", SHD_PUT | SHD_OPTIONS},

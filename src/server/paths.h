@@ -24,6 +24,7 @@ typedef enum shd_route {
     SHD_ROUTE_ANALYZE,
     SHD_ROUTE_BRDF,
     SHD_ROUTE_DIFF,
+    SHD_ROUTE_FIT,
     SHD_ROUTE_BATCH,
     SHD_ROUTE_MESHES,
     SHD_ROUTE_ASSETS,

@@ -315,7 +315,7 @@ static void (*const submits[SHD_ROUTE_OTHER])(shd_exchange *exchange) = {
     [SHD_ROUTE_COMPARE] = shd_compare_submit,  [SHD_ROUTE_BRDF] = shd_brdf_submit,
     [SHD_ROUTE_BATCH] = shd_batch_submit,      [SHD_ROUTE_MESHES] = shd_mesh_submit,
     [SHD_ROUTE_ANALYZE] = shd_analyze_submit,  [SHD_ROUTE_DIFF] = shd_diff_submit,
-    [SHD_ROUTE_ASSETS] = shd_asset_submit};
+    [SHD_ROUTE_FIT] = shd_fit_submit,          [SHD_ROUTE_ASSETS] = shd_asset_submit};
 
 void shd_route_answer(shd_exchange *exchange) {
     const shd_route route = exchange->route;

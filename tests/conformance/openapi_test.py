@@ -31,11 +31,11 @@ PREVIEW = "/v1/preview/{material}"
 MESHES, ASSETS = "/v1/meshes/{sha256}", "/v1/assets/{sha256}"
 LINK, SCENES = "/v1/scene/{document}.{format}", "/v1/scenes"
 KEPT, BATCH = "/v1/scenes/{digest}.{format}", "/v1/batch"
-DIFF = "/v1/diff"
+DIFF, FIT = "/v1/diff", "/v1/fit"
 STUDIO, DOCS, PAGE = "/studio/{file}", "/docs", "/docs/{page}"
 # Nothing fails, and what is made in milliseconds does not pass a deadline of a second.
 UNREACHABLE = {*((path, "post", "500") for path in SCENE_PATHS), ("/v1/explain", "post", "504"),
-               (BATCH, "post", "500"), (BATCH, "post", "504"), (DIFF, "post", "500"),
+               (BATCH, "post", "500"), (BATCH, "post", "504"), (DIFF, "post", "500"), (FIT, "post", "500"),
                *((path, method, "503") for path in (DOCS, PAGE) for method in ("get", "head")),
                *((path, "put", status) for path in (MESHES, ASSETS, SCENES) for status in ("500", "504")),
                *((path, method, "500") for path in (LINK, KEPT) for method in ("get", "head")),
@@ -233,6 +233,7 @@ class ServerTest(unittest.TestCase):
         self.analyze_path()
         self.brdf_path()
         self.diff_path()
+        self.fit_path()
         self.mesh_path()
         self.asset_path()
         self.link_paths()
@@ -538,6 +539,31 @@ class ServerTest(unittest.TestCase):
         for document in ({"a": SMALL}, {**pair(SMALL), "c": 1}, {**pair(SMALL), "pixelsPerDegree": 9}, []):
             check("422", document)
 
+    def fit_path(self):
+        def check(status, document, headers=None):
+            answer = self.daemon.post(FIT, document, headers)
+            self.check(answer, FIT, "post", status)
+            return answer
+
+        examples = DOCUMENT["paths"][FIT]["post"]["requestBody"]["content"]["application/json"]["examples"]
+        ball = examples["ball"]["value"]
+        photo = self.daemon.render({**ball["scene"], "output": {"format": "webp", "quality": 100}}).body
+        known = {**ball, "photo": "sha256-" + hashlib.sha256(photo).hexdigest()}
+        check("409", known)
+        self.put_asset(self.daemon, "201", photo)
+        check("200", known)
+        scene = {**ball["scene"], "objects": [{"type": "sphere", "material": {"shininess": 2000}}]}
+        warned = check("200", {"scene": scene, "photo": known["photo"]})
+        self.assertTrue(warned.headers["Shaded-Warning"])
+        check("400", b"{")
+        self.check(self.daemon.call("PUT", FIT, b"{}", JSON), FIT, "post", "405")
+        check("406", known, {"Accept": "image/png"})
+        check("413", b"x" * 100001)
+        check("415", known, {"Content-Type": "text/css"})
+        for document in ({"scene": SMALL}, {"photo": known["photo"]}, {**known, "object": "bull"}, {**known, "a": 1},
+                         {**known, "scene": SMALL}, {**known, "photo": "none.png"}, []):
+            check("422", document)
+
     def put(self, daemon, status, body=b'{"positions": [0,0,0, 1,0,0, 0,1,0]}', digest=None,
             media_type="application/json"):
         path = "/v1/meshes/" + (digest or hashlib.sha256(body).hexdigest())
@@ -621,6 +647,7 @@ class ServerTest(unittest.TestCase):
             self.put(daemon, "429")
             self.put_asset(daemon, "429", b"")
             self.check(daemon.post(DIFF, {"a": SMALL, "b": SMALL}), DIFF, "post", "429")
+            self.check(daemon.post(FIT, {"scene": SMALL, "photo": "a"}), FIT, "post", "429")
             self.keep(daemon, "429", SMALL)
             self.batch(daemon, "429")
             self.links(daemon, "429", kept)
@@ -662,6 +689,11 @@ class ServerTest(unittest.TestCase):
                 "model": "phong-normalized", "specular": 0.5, "shininess": i}} for i in range(300)]}
             self.check(daemon.post("/v1/brdf", many), "/v1/brdf", "post", "504")
             self.check(daemon.post(DIFF, {"a": ENDLESS, "b": ENDLESS}), DIFF, "post", "504")
+            large = {"image": {"width": 1024, "height": 1024, "samples": 16}, "objects": [{"type": "sphere"}]}
+            photo = daemon.render({**large, "objects": [], "output": {"format": "webp", "quality": 100}}).body
+            self.put_asset(daemon, "201", photo)
+            name = "sha256-" + hashlib.sha256(photo).hexdigest()
+            self.check(daemon.post(FIT, {"scene": large, "photo": name}), FIT, "post", "504")
 
     def draining(self):
         daemon = Daemon("--threads", "1", "--timeout", "300", "--drain-time", "300")
@@ -674,6 +706,7 @@ class ServerTest(unittest.TestCase):
         self.put(daemon, "503")
         self.put_asset(daemon, "503", b"")
         self.check(daemon.post(DIFF, {"a": SMALL, "b": SMALL}), DIFF, "post", "503")
+        self.check(daemon.post(FIT, {"scene": SMALL, "photo": "a"}), FIT, "post", "503")
         self.keep(daemon, "503", SMALL)
         self.batch(daemon, "503")
         self.links(daemon, "503", kept)

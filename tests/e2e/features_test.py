@@ -49,6 +49,13 @@ class Features(unittest.TestCase):
         return self.daemon.call("PUT", f"/v1/assets/{hashlib.sha256(picture).hexdigest()}", picture,
                                 {"Content-Type": "image/png"})
 
+    def fit(self):
+        scene = with_output(format="webp", quality=100)
+        photo = self.daemon.render(scene).body
+        digest = hashlib.sha256(photo).hexdigest()
+        self.daemon.call("PUT", f"/v1/assets/{digest}", photo, {"Content-Type": "image/webp"})
+        return self.daemon.post("/v1/fit", {"scene": scene, "photo": "sha256-" + digest})
+
     def put_scene(self):
         return self.daemon.call("PUT", "/v1/scenes", json.dumps(SMALL), {"Content-Type": "application/json"})
 
@@ -66,6 +73,7 @@ class Features(unittest.TestCase):
                                             "output": {"format": "jpeg"}}),
             "compare": lambda: post("/v1/compare", SMALL),
             "css-colors": lambda: render(with_material(diffuse="rebeccapurple")),
+            "fit": self.fit,
             "diff": lambda: post("/v1/diff", {"a": SMALL, "b": SMALL}),
             "explain": lambda: post("/v1/explain", SMALL),
             "layers": lambda: render(with_output(format="exr", layers=["depth"])),

@@ -227,7 +227,7 @@ class Import(Case):
         self.assertEqual(self.shade("check", "scene.json").returncode, 0)
 
     def test_meshes_go_to_a_folder_by_their_digest(self):
-        scene, said = self.load("model.glb", glb(), "--assets", "meshes")
+        scene, said = self.load("model.glb", glb(), "--meshes", "meshes")
         self.assertIn("curl -fT", said)
         names = {one["data"].removeprefix("sha256-") for one in scene["meshes"].values()}
         self.assertEqual(names, {path.name for path in (self.folder / "meshes").iterdir()})

@@ -267,7 +267,19 @@ static void write_weaves(FILE *out, int size) {
     fputs("]}", out);
 }
 
-typedef enum call { RENDER, COMPARE, ANALYZE, DIFF, EXPLAIN } call;
+static void write_shiny_photo(FILE *out, int size) {
+    fprintf(out,
+            "{\"image\": {\"width\": %d, \"height\": %d}, \"objects\": [{\"type\": \"sphere\", "
+            "\"material\": {\"specular\": 0.4}}], \"output\": {\"format\": \"webp\", \"quality\": "
+            "100}}",
+            size, size);
+}
+
+typedef enum call { RENDER, COMPARE, ANALYZE, DIFF, FIT, EXPLAIN } call;
+
+enum { FITTED = 64 }; /* pixels on a side */
+
+static char photo[] = "/tmp/shaded-photo-XXXXXX.webp";
 
 typedef struct stage {
     const char *name;
@@ -306,13 +318,35 @@ static const stage stages[] = {
     {"comparison", write_png, 600, COMPARE, 0},
     {"analysis", write_png, 600, ANALYZE, 0},
     {"difference", write_two, 300, DIFF, 0},
+    {"fit", write_shiny_photo, FITTED, FIT, 0},
     {"explanation", write_pairs, 500, EXPLAIN, 0},
 };
 
 enum { STAGES = sizeof stages / sizeof stages[0] };
 
-static char *document_of(const stage *of) {
+/* What is fitted, before anybody looks. */
+static void take_photo(shd_engine *engine) {
     writing w;
+    start(&w);
+    write_shiny_photo(w.out, FITTED);
+    char *json = finish(&w);
+    raise_at = 0;
+    shd_request *request = read_scene(engine, json);
+    shd_error error;
+    size_t count;
+    assert_int_equal(shd_request_render(request, NULL, &error), SHD_OK);
+    const shd_picture *picture = shd_request_pictures(request, &count);
+    const int made = mkstemps(photo, (int)strlen(".webp"));
+    assert_true(made >= 0);
+    assert_int_equal(write(made, picture->data, picture->size), picture->size);
+    assert_int_equal(close(made), 0);
+    shd_request_drop(request);
+    free(json);
+}
+
+static char *document_of(shd_engine *engine, const stage *of) {
+    writing w;
+    if (of->call == FIT) take_photo(engine);
     start(&w);
     of->write(w.out, of->size);
     return finish(&w);
@@ -336,6 +370,8 @@ static shd_status ask(shd_engine *engine, call which, const char *json) {
         status = shd_request_compare(request, NULL, &text, &error);
     if (status == SHD_OK && which == ANALYZE)
         status = shd_request_analyze(request, NULL, &text, &error);
+    if (status == SHD_OK && which == FIT)
+        status = shd_request_fit(request, photo, SHD_WEBP, NULL, NULL, &text, &error);
     if (status == SHD_OK && which == EXPLAIN)
         status = shd_request_explain(request, SHD_IN_JSON, &text, &error);
     free(text);
@@ -347,7 +383,7 @@ static shd_status ask(shd_engine *engine, call which, const char *json) {
 static void a_cancelled_request_leaves_at_once(void **state) {
     enum { PATIENCE = 1000, LATEST = 3000 }; /* looks: each loop on the way out has its own */
     for (size_t i = 0; i < STAGES; i++) {
-        char *json = document_of(&stages[i]);
+        char *json = document_of(*state, &stages[i]);
         uint64_t last = 0, most = 0;
         for (uint64_t at = 1; at < LATEST; at += 1 + at / 3) {
             atomic_store(&looks, 0);
@@ -370,13 +406,14 @@ static void a_cancelled_request_leaves_at_once(void **state) {
         free(json);
     }
     raise_at = 0;
+    unlink(photo);
 }
 
 /* ---- For deadlines.py. ---- */
 
 static int tell_gaps(const stage *of, const char *kernel) {
     shd_engine *engine = new_engine_of(1, kernel);
-    char *json = document_of(of);
+    char *json = document_of(engine, of);
     shd_error error;
     shd_image_prepare(SHD_EXR, NULL, NULL, &error); /* on a thread of its own, which is not meant */
     told_at = 1;
@@ -384,6 +421,7 @@ static int tell_gaps(const stage *of, const char *kernel) {
     CALLGRIND_START_INSTRUMENTATION;
     VALGRIND_MONITOR_COMMAND("status internal");
     const shd_status status = ask(engine, of->call, json);
+    unlink(photo);
     VALGRIND_MONITOR_COMMAND("status internal");
     free(json);
     shd_engine_drop(engine);
@@ -415,7 +453,7 @@ static double processor_seconds(void) {
 static int tell_late(const stage *of, const char *kernel) {
     enum { STEP = 50, ROUNDS = 20 }; /* milliseconds of processor time */
     shd_engine *engine = new_engine_of(1, kernel);
-    char *json = document_of(of);
+    char *json = document_of(engine, of);
     double most = 0;
     ask(engine, of->call, json); /* libraries are loaded once */
     bool over = false;
@@ -435,6 +473,7 @@ static int tell_late(const stage *of, const char *kernel) {
         if (!over && late > most) most = late;
     }
     printf("%.1f\n", most);
+    unlink(photo);
     free(json);
     shd_engine_drop(engine);
     return 0;

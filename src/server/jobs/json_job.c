@@ -107,6 +107,20 @@ static void diff_map(shd_job *job) {
     diff_pair(job, true);
 }
 
+static void read_fit(shd_job *job) {
+    const char *body = job->body ? (const char *)job->body : "";
+    const shd_status status = shd_request_read_fit(job->request, body, job->size);
+    if (status == SHD_OK || status == SHD_CANCELLED) return;
+    shd_problem_report(&job->reply, shd_request_report(job->request), SHD_BAD_SCENE);
+}
+
+static void fit_photo(shd_job *job) {
+    char *json = NULL;
+    shd_error error;
+    const shd_status status = shd_request_fit_kept(job->request, &json, &error);
+    answer_json(job, status, json, &error);
+}
+
 void shd_compare_submit(shd_exchange *exchange) {
     static const shd_work work = {.read = shd_job_read, .run = compare_tiers, .size = SHD_LARGE};
     shd_job_submit(exchange, &work);
@@ -138,4 +152,9 @@ void shd_diff_submit(shd_exchange *exchange) {
     bool map = false;
     shd_accepts_map(exchange->accept, &map);
     shd_job_submit(exchange, &works[map]);
+}
+
+void shd_fit_submit(shd_exchange *exchange) {
+    static const shd_work work = {.read = read_fit, .run = fit_photo};
+    shd_job_submit(exchange, &work);
 }

@@ -16,6 +16,7 @@ void shd_analyze_submit(shd_exchange *exchange);
 void shd_explain_submit(shd_exchange *exchange);
 void shd_brdf_submit(shd_exchange *exchange);
 void shd_diff_submit(shd_exchange *exchange);
+void shd_fit_submit(shd_exchange *exchange);
 void shd_mesh_submit(shd_exchange *exchange);
 void shd_asset_submit(shd_exchange *exchange);
 void shd_batch_submit(shd_exchange *exchange);

@@ -1,0 +1,46 @@
+/* The parts of a fit: see phong_fit.h. */
+#pragma once
+
+#include <math.h>
+
+#include "analysis/phong_fit.h"
+
+typedef struct shd_fitting {
+    const shd_fit_rows *rows;
+    shd_fit_lobes *lobes;
+    void *context;
+    float **scratch;
+    const atomic_bool *cancelled;
+    shd_products base[3]; /* without the highlight */
+} shd_fitting;
+
+/* A solution for one exponent, log(1 + n) = at. */
+typedef struct shd_candidate {
+    double at, rest;
+    shd_products products[3];
+    double x[3][SHD_COLUMNS];
+} shd_candidate;
+
+static inline double shd_fit_exponent(double at) {
+    return fmin(expm1(at), SHD_FIT_MOST);
+}
+
+shd_status shd_fit_cancelled(shd_error *error);
+
+/* The variance of what is left of a row with weight 1, after so many parameters. */
+double shd_fit_variance(const shd_fitting *f, double rest, size_t rows, int parameters);
+
+/* Sums what no highlight has part in: f->base. SHD_CANCELLED. */
+shd_status shd_fit_sum_base(shd_fitting *f, shd_error *error);
+
+/* Adds a lobe to the base's sums: out[3]. SHD_CANCELLED. */
+shd_status shd_fit_add_lobe(const shd_fitting *f, const float *lobe, shd_products out[3],
+                            shd_error *error);
+
+/* Solves with the candidate's products, and returns its rest. */
+double shd_fit_solve(shd_candidate *k);
+
+/* Tells everything of the solution, whose exponent and terms are moved by what the search has left.
+ * `lobe`: it has a highlight. out->doubt, and each channel's rows, are set. */
+shd_status shd_fit_tell_errors(const shd_fitting *f, shd_candidate *best, bool lobe,
+                               shd_phong_fit *out, shd_error *error);
