@@ -7,7 +7,8 @@
 
 typedef struct raw_lobe {
     shd_lobe lobe;
-    const shd_curve *curve; /* of its `specular` */
+    const shd_curve *curve;     /* of its `specular` */
+    const shd_texture *texture; /* the same */
 } raw_lobe;
 
 typedef struct raw_lobes {
@@ -16,6 +17,7 @@ typedef struct raw_lobes {
     const shd_lobe *lobes;
     size_t count;
     const shd_curve **curves; /* [count] */
+    const shd_texture **textures;
 } raw_lobes;
 
 typedef struct raw_material {
@@ -31,6 +33,7 @@ typedef struct raw_material {
     double alpha; /* of `diffuse`; negative: it has none */
     const shd_curve *emissive_curve, *ambient_curve, *diffuse_curve, *specular_curve;
     const shd_curve *opacity_curve, *reflection_curve, *transmission_curve;
+    const shd_texture *emissive_texture, *ambient_texture, *diffuse_texture, *specular_texture;
 } raw_material;
 
 /* ---- The library ---- */
@@ -106,8 +109,8 @@ static void read_preset(shd_reader *r, const shd_node *node, void *out) {
 
 static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
     static const shd_field members[] = {
-        {"specular", shd_read_color_or_spectrum, .offset = offsetof(raw_lobe, lobe.specular),
-         .curve = offsetof(raw_lobe, curve)},
+        {"specular", shd_read_coefficient, .offset = offsetof(raw_lobe, lobe.specular),
+         .curve = offsetof(raw_lobe, curve), .texture = offsetof(raw_lobe, texture)},
         {"shininess", shd_read_number, offsetof(raw_lobe, lobe.shininess),
          .range = &shd_not_negative},
     };
@@ -117,7 +120,8 @@ static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
     if (count > SHD_LOBES_MOST) count = SHD_LOBES_MOST;
     shd_lobe *lobes = shd_take(r, count, sizeof *lobes);
     const shd_curve **curves = shd_take(r, count, sizeof *curves);
-    if (!lobes || !curves) return;
+    const shd_texture **textures = shd_take(r, count, sizeof *textures);
+    if (!lobes || !curves || !textures) return;
     for (size_t i = 0; i < count; i++) {
         shd_node lobe = shd_node_item(node, i);
         raw_lobe raw = {.lobe.shininess = 32};
@@ -127,11 +131,13 @@ static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
             shd_read_fields(r, &lobe, members, SHD_LENGTH(members), 0, "a lobe", &raw);
         lobes[i] = raw.lobe;
         curves[i] = raw.curve;
+        textures[i] = raw.texture;
     }
     further->given = true;
     further->lobes = lobes;
     further->count = count;
     further->curves = curves;
+    further->textures = textures;
 }
 
 static const char *const sides[] = {"both", "front", NULL};
@@ -140,9 +146,10 @@ static const char *const sides[] = {"both", "front", NULL};
 static void read_diffuse(shd_reader *r, const shd_node *node, void *out) {
     raw_material *raw = (raw_material *)(void *)((char *)out - r->field->offset);
     if (json_is_object(node->value)) {
-        shd_read_color_or_spectrum(r, node, out);
+        shd_read_coefficient(r, node, out);
         return;
     }
+    raw->diffuse_texture = NULL;
     shd_read_color_alpha(r, node, raw->diffuse, &raw->alpha);
     if (raw->alpha == 1) raw->alpha = -1;
 }
@@ -167,13 +174,14 @@ static const shd_field material_fields[] = {
     {"model", .read = NULL},
     /* Before the members that override it. */
     {"preset", .read = read_preset, .kinds = SHINY | FACETS | OREN_NAYAR | 1 << BARE},
-    {"emissive", shd_read_color_or_spectrum, .offset = AT(emissive), .curve = AT(emissive_curve),
-     .lamp = true},
-    {"ambient", shd_read_color_or_spectrum, AT(ambient), .mark = AMBIENT,
-     .curve = AT(ambient_curve)},
-    {"diffuse", read_diffuse, AT(diffuse), .mark = DIFFUSE, .curve = AT(diffuse_curve)},
-    {"specular", shd_read_color_or_spectrum, AT(first.specular), .kinds = SHINY,
-     .curve = AT(specular_curve)},
+    {"emissive", shd_read_coefficient, .offset = AT(emissive), .curve = AT(emissive_curve),
+     .lamp = true, .texture = AT(emissive_texture)},
+    {"ambient", shd_read_coefficient, AT(ambient), .mark = AMBIENT, .curve = AT(ambient_curve),
+     .texture = AT(ambient_texture)},
+    {"diffuse", read_diffuse, AT(diffuse), .mark = DIFFUSE, .curve = AT(diffuse_curve),
+     .texture = AT(diffuse_texture)},
+    {"specular", shd_read_coefficient, AT(first.specular), .kinds = SHINY,
+     .curve = AT(specular_curve), .texture = AT(specular_texture)},
     {"shininess", shd_read_number, AT(first.shininess), SHINY, .range = &shd_not_negative},
     {"lobes", read_lobes, AT(further), .kinds = SHINY | FACETS},
     {"sigma", shd_read_degrees, AT(sigma), OREN_NAYAR, .range = &facet_angle},
@@ -220,7 +228,8 @@ static bool is_warned(shd_reader *r, const shd_material *m) {
         if (!memcmp(known->emissive, m->emissive, sizeof m->emissive) &&
             !memcmp(known->ambient, m->ambient, sizeof m->ambient) &&
             !memcmp(known->diffuse, m->diffuse, sizeof m->diffuse) && known->model == m->model &&
-            known->lobe_count == m->lobe_count && same_lobes(known, m) && shd_same_rays(known, m))
+            known->lobe_count == m->lobe_count && same_lobes(known, m) &&
+            shd_same_rays(known, m) && shd_same_textures(known, m))
             return true;
     }
     return false;
@@ -261,9 +270,16 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           shd_material *out) {
     shd_lobe *lobes = shd_take(r, 1 + raw->further.count, sizeof *lobes);
     const shd_curve **curves = shd_take(r, 1 + raw->further.count, sizeof *curves);
-    if (!lobes || !curves) return;
+    const shd_texture **textures = shd_take(r, 1 + raw->further.count, sizeof *textures);
+    if (!lobes || !curves || !textures) return;
     curves[0] = raw->specular_curve;
-    for (size_t i = 0; i < raw->further.count; i++) curves[1 + i] = raw->further.curves[i];
+    textures[0] = raw->specular_texture;
+    bool textured = textures[0];
+    for (size_t i = 0; i < raw->further.count; i++) {
+        curves[1 + i] = raw->further.curves[i];
+        textures[1 + i] = raw->further.textures[i];
+        textured = textured || textures[1 + i];
+    }
     lobes[0] = raw->first;
     if (raw->further.count)
         memcpy(lobes + 1, raw->further.lobes, raw->further.count * sizeof *lobes);
@@ -282,7 +298,11 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           .opacity_curve = raw->alpha < 0 ? raw->opacity_curve : NULL,
                           .reflection_curve = raw->reflection_curve,
                           .transmission_curve = raw->transmission_curve,
-                          .lobe_curves = curves};
+                          .lobe_curves = curves,
+                          .emissive_texture = raw->emissive_texture,
+                          .ambient_texture = raw->ambient_texture,
+                          .diffuse_texture = raw->diffuse_texture,
+                          .lobe_textures = textured ? textures : NULL};
     for (int c = 0; c < 3; c++) out->opacity[c] = raw->alpha < 0 ? raw->opacity[c] : raw->alpha;
     memcpy(out->reflection, raw->reflection, sizeof out->reflection);
     memcpy(out->transmission, raw->transmission, sizeof out->transmission);
@@ -347,6 +367,7 @@ static void read_members(shd_reader *r, const shd_node *node, int kind, raw_mate
     if (!raw->preset && !(r->seen & AMBIENT)) {
         memcpy(raw->ambient, raw->diffuse, sizeof raw->ambient);
         raw->ambient_curve = raw->diffuse_curve;
+        raw->ambient_texture = raw->diffuse_texture;
     }
 }
 

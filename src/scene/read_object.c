@@ -47,6 +47,7 @@ static const shd_field object_fields[] = {
     {"positions", shd_keep_value, AT(mesh.positions), .kinds = MESH},
     {"indices", shd_keep_value, AT(mesh.indices), .kinds = MESH},
     {"normals", shd_keep_value, AT(mesh.normals), .kinds = MESH},
+    {"uvs", shd_keep_value, AT(mesh.uvs), .kinds = MESH},
     {"data", shd_keep_value, AT(data), .kinds = MESH},
     {"transform", shd_read_transform, .offset = AT(object.transform)},
     {"interpolation", shd_read_choice, AT(interpolation), .choices = shd_interpolation_names,
@@ -80,10 +81,11 @@ static raw_object default_object(const shd_reader *r, shd_shape shape) {
 /* A mesh's arrays, or a name for them. */
 static const shd_mesh *read_mesh(shd_reader *r, const shd_node *node, const raw_object *raw) {
     const shd_mesh_source *arrays = &raw->mesh;
-    const bool inlined = arrays->positions || arrays->indices || arrays->normals;
+    const bool inlined =
+        arrays->positions || arrays->indices || arrays->normals || arrays->uvs;
     const shd_node data = {node, "data", 0, raw->data};
     if (raw->data && inlined) {
-        shd_wrong(r, &data, "give either `data` or `positions`, `indices` and `normals`, not both");
+        shd_wrong(r, &data, "give either `data` or `positions`, `indices`, `normals` and `uvs`, not both");
         return NULL;
     }
     if (raw->data) return shd_find_mesh(r, &data, node->index);
@@ -138,6 +140,7 @@ static void read_object(shd_reader *r, const shd_node *node, shd_object *out) {
         shd_wrong(r, node,
                   "the object's size and transform together have no inverse: their numbers are "
                   "too far apart");
+    if (!(r->wrong & SHD_SOME_FIELD)) shd_check_textured(r, node, object);
     *out = *object;
 }
 

@@ -1,0 +1,31 @@
+/* Charts: where a point of a surface is in (u, v), and how that changes along the surface. They are
+ * told in docs/textures.md. Any thread. */
+#pragma once
+
+#include "shade/wave.h"
+#include "scene/scene.h"
+
+/* An object's frames, found once. */
+typedef struct shd_chart {
+    const shd_object *object;
+    shd_affine to_world, from_world; /* of the unit form; from_world is linear */
+} shd_chart;
+
+shd_chart shd_chart_of(const shd_object *object);
+
+/* A point of the surface. */
+typedef struct shd_charted_point {
+    shd_vec3 position, normal; /* world frame; the normal of either side, of a mesh interpolated */
+    uint32_t triangle;         /* of a mesh */
+    double b, c;               /* weights of its second and third corner */
+} shd_charted_point;
+
+/* The ray that sees it: the way there from the eye, by how much the way's end moves from pixel to
+ * pixel to the right and down on a screen through the point. */
+typedef struct shd_seen_by {
+    shd_vec3 way, right, down;
+} shd_seen_by;
+
+/* The footprint of a ray's share of the screen on the chart, of the surface's tangent plane. */
+shd_footprint shd_chart_footprint(const shd_chart *chart, const shd_charted_point *point,
+                                  const shd_seen_by *ray);
