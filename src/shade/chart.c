@@ -105,12 +105,29 @@ static shd_vec3 slide(const shd_seen_by *ray, shd_vec3 normal, shd_vec3 side) {
     return shd_madd(side, ray->way, -shd_dot(normal, side) / facing);
 }
 
+/* Moves a ray to its pixel's middle, where it meets the tangent plane nearly as far away. Returns by
+ * how much that moves the point. */
+static shd_vec3 center_ray(shd_seen_by *ray, shd_vec3 normal) {
+    const shd_vec3 shift = shd_madd(shd_scale(ray->right, ray->aside), ray->down, ray->below);
+    if (!ray->perspective) return slide(ray, normal, shift);
+    const shd_vec3 way = shd_add(ray->way, shift);
+    const double t = shd_dot(normal, ray->way) / shd_dot(normal, way);
+    if (!(t > 0.5 && t < 2)) return (shd_vec3){0, 0, 0};
+    const shd_vec3 moved = shd_sub(shd_scale(way, t), ray->way);
+    ray->way = shd_scale(way, t);
+    ray->right = shd_scale(ray->right, t);
+    ray->down = shd_scale(ray->down, t);
+    return moved;
+}
+
 static shd_footprint footprint_on_shape(const shd_chart *chart, const shd_charted_point *point,
                                         const shd_seen_by *ray) {
-    const shd_vec3 local = shd_linear(&chart->from_world,
-                                      shd_sub(point->position, chart->to_world.origin)),
-                   right = shd_linear(&chart->from_world, slide(ray, point->normal, ray->right)),
-                   down = shd_linear(&chart->from_world, slide(ray, point->normal, ray->down));
+    shd_seen_by middle = *ray;
+    const shd_vec3 normal = point->normal, moved = center_ray(&middle, normal),
+                   from = shd_sub(point->position, chart->to_world.origin),
+                   local = shd_linear(&chart->from_world, shd_add(from, moved)),
+                   right = shd_linear(&chart->from_world, slide(&middle, normal, middle.right)),
+                   down = shd_linear(&chart->from_world, slide(&middle, normal, middle.down));
     const place at = chart_shape(chart->object, local, carry_normal(chart, point->normal));
     return (shd_footprint){{at.u, at.v},
                            {shd_dot(at.du, right), shd_dot(at.dv, right)},
@@ -138,13 +155,15 @@ static shd_footprint footprint_on_mesh(const shd_chart *chart, const shd_charted
         side[k] = shd_linear(&chart->to_world,
                              shd_sub(shd_vec3_at(mesh->positions, corner[k + 1]), first));
     const shd_vec3 normal = shd_cross(side[0], side[1]);
-    double right[2], down[2];
-    step_weights(side, slide(ray, normal, ray->right), right);
-    step_weights(side, slide(ray, normal, ray->down), down);
+    shd_seen_by middle = *ray;
+    double right[2], down[2], step[2];
+    step_weights(side, center_ray(&middle, normal), step);
+    step_weights(side, slide(&middle, normal, middle.right), right);
+    step_weights(side, slide(&middle, normal, middle.down), down);
     shd_footprint out;
     for (int k = 0; k < 2; k++) {
         const double ab = b[k] - a[k], ac = c[k] - a[k];
-        out.at[k] = a[k] + point->b * ab + point->c * ac;
+        out.at[k] = a[k] + (point->b + step[0]) * ab + (point->c + step[1]) * ac;
         out.x[k] = right[0] * ab + right[1] * ac;
         out.y[k] = down[0] * ab + down[1] * ac;
     }

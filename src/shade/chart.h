@@ -20,12 +20,16 @@ typedef struct shd_charted_point {
     double b, c;               /* weights of its second and third corner */
 } shd_charted_point;
 
-/* The ray that sees it: the way there from the eye, by how much the way's end moves from pixel to
- * pixel to the right and down on a screen through the point. */
+/* The ray that sees it: the way there from the eye (orthographic: any length of it), by how much the
+ * way's end moves from pixel to pixel to the right and down on a screen through the point, and how
+ * far the ray is from its pixel's middle, in pixels. */
 typedef struct shd_seen_by {
     shd_vec3 way, right, down;
+    bool perspective;
+    double aside, below; /* to the middle: to the right and down */
 } shd_seen_by;
 
-/* The footprint of a ray's share of the screen on the chart, of the surface's tangent plane. */
+/* The footprint of the ray's pixel on the chart, as the tangent plane at the point has it. Where
+ * that plane is too steep for it, it is of a pixel around the ray. */
 shd_footprint shd_chart_footprint(const shd_chart *chart, const shd_charted_point *point,
                                   const shd_seen_by *ray);

@@ -83,16 +83,28 @@ static bool is_usable(const shd_footprint *f) {
     return good;
 }
 
+/* What is left of checks or lines that a pixel spans so many of, in its narrow direction: what is
+ * finer than pixels can show would only be moire, which moves when nothing else does. */
+static double shown_of(const shd_footprint *f) {
+    const double x = hypot(f->x[0], f->x[1]), y = hypot(f->y[0], f->y[1]);
+    const double area = fabs(f->x[0] * f->y[1] - f->x[1] * f->y[0]);
+    const double span = (area / shd_larger(x, y) - 0.7) / 0.4;
+    return span <= 0 ? 1 : span >= 1 ? 0 : 1 - smooth(span);
+}
+
 /* A checker of the sign waves a and b is (1 - a b) / 2, and a is 2 pulse - 1. */
 static double checker_mean(const shd_footprint *f) {
     static const shd_pulse even = {0, 0.5};
     const double s = shd_pulse_mean(&even, f, 0), t = shd_pulse_mean(&even, f, 1);
-    return s + t - 2 * shd_pulses_mean(&even, f);
+    const double shown = shown_of(&(shd_footprint){{0, 0}, {2 * f->x[0], 2 * f->x[1]},
+                                                   {2 * f->y[0], 2 * f->y[1]}});
+    return 0.5 + shown * (s + t - 2 * shd_pulses_mean(&even, f) - 0.5);
 }
 
 static double grid_mean(double width, const shd_footprint *f) {
     const shd_pulse between = {width / 2, 1 - width / 2};
-    return 1 - shd_pulses_mean(&between, f);
+    const double mean = (1 - width) * (1 - width);
+    return 1 - mean - shown_of(f) * (shd_pulses_mean(&between, f) - mean);
 }
 
 double shd_pattern_mean(const shd_pattern *pattern, const shd_footprint *uv) {
