@@ -11,7 +11,7 @@
 static const char *const always[] = {
     "analyze", "batch",      "bound-layer", "brdf",    "budget",    "codec-budget",
     "compare", "css-colors", "diff",        "explain", "layers",    "links",
-    "meshes",  "opacity",    "outputs",     "preview", "region",    "scenes",
+    "meshes",  "opacity",    "outputs",     "patterns", "preview", "region",    "scenes",
     "sheet",   "spectral",   "sweep",       "trace",   "turntable",
 };
 

@@ -69,6 +69,7 @@ static void say_bound(json_t *words, const shd_plan *plan, shd_metric metric, co
 }
 
 const char *shd_no_shown_bound(const shd_plan *plan) {
+    if (plan->textured) return "patterns make colors that are darker than bounds of codes know";
     return plan->point_off > 0 ? "lights with a shape are taken for points"
                                : "an output's colors are no curve of a matrix";
 }
