@@ -157,8 +157,8 @@ static bool make_materials(shd_plan *plan, const double ambient[3], double (*bin
     }
     plan->materials = materials;
     for (size_t i = 0; plan->textured && i < scene->object_count; i++)
-        plan->charted |= scene->objects[i].shape == SHD_MESH &&
-                         materials[scene->objects[i].material].textures;
+        plan->charted |=
+            scene->objects[i].shape == SHD_MESH && materials[scene->objects[i].material].textures;
     return true;
 }
 
@@ -168,7 +168,8 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
     shd_plan_light *lights = shd_arena_alloc(arena, scene->light_count, sizeof *lights);
     uint8_t *drops = shd_arena_zalloc(arena, scene->light_count, sizeof *drops);
     if (!plan || !lights || !drops) return false;
-    *plan = (shd_plan){.scene = scene, .isa = isa, .whole = whole, .max_terms = 1, .cancelled = cancelled};
+    *plan = (shd_plan){
+        .scene = scene, .isa = isa, .whole = whole, .max_terms = 1, .cancelled = cancelled};
 
     double ambient[3], (*bins)[3];
     size_t count = 0;

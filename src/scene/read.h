@@ -144,8 +144,8 @@ shd_field_read shd_read_color;     /* double[3], in the working space */
 /* double[3], a color, or the RGB of a spectrum, which is written to where the field has its curve.
  */
 shd_field_read shd_read_color_or_spectrum;
-/* The same, or a pattern, whose larger colors are written, and which goes to where the field has its
- * texture. */
+/* The same, or a pattern, whose larger colors are written, and which goes to where the field has
+ * its texture. */
 shd_field_read shd_read_coefficient;
 shd_field_read shd_read_spectral; /* shd_spectral */
 shd_field_read shd_read_space;    /* const shd_space_info *, by its name; NULL: it is wrong */

@@ -228,8 +228,8 @@ static bool is_warned(shd_reader *r, const shd_material *m) {
         if (!memcmp(known->emissive, m->emissive, sizeof m->emissive) &&
             !memcmp(known->ambient, m->ambient, sizeof m->ambient) &&
             !memcmp(known->diffuse, m->diffuse, sizeof m->diffuse) && known->model == m->model &&
-            known->lobe_count == m->lobe_count && same_lobes(known, m) &&
-            shd_same_rays(known, m) && shd_same_textures(known, m))
+            known->lobe_count == m->lobe_count && same_lobes(known, m) && shd_same_rays(known, m) &&
+            shd_same_textures(known, m))
             return true;
     }
     return false;

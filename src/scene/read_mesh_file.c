@@ -34,13 +34,13 @@ static bool check_length(const plain *p, size_t length) {
     const uint64_t floats = p->vertices * (3 + (normals ? 3 : 0) + (uvs ? 2 : 0)),
                    needed = HEAD + 4 * (floats + p->indices);
     if (length == needed) return true;
-    shd_report_error(p->report, SHD_SCENE, "",
-                     "%llu vertices%s%s%s and %llu indices are %llu bytes with their head: there are "
-                     "%zu",
-                     (unsigned long long)p->vertices,
-                     normals || uvs ? " with " : "", normals ? "normals" : "",
-                     uvs ? normals ? " and uvs" : "uvs" : "", (unsigned long long)p->indices,
-                     (unsigned long long)needed, length);
+    shd_report_error(
+        p->report, SHD_SCENE, "",
+        "%llu vertices%s%s%s and %llu indices are %llu bytes with their head: there are "
+        "%zu",
+        (unsigned long long)p->vertices, normals || uvs ? " with " : "", normals ? "normals" : "",
+        uvs ? normals ? " and uvs" : "uvs" : "", (unsigned long long)p->indices,
+        (unsigned long long)needed, length);
     return false;
 }
 

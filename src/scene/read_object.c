@@ -81,11 +81,11 @@ static raw_object default_object(const shd_reader *r, shd_shape shape) {
 /* A mesh's arrays, or a name for them. */
 static const shd_mesh *read_mesh(shd_reader *r, const shd_node *node, const raw_object *raw) {
     const shd_mesh_source *arrays = &raw->mesh;
-    const bool inlined =
-        arrays->positions || arrays->indices || arrays->normals || arrays->uvs;
+    const bool inlined = arrays->positions || arrays->indices || arrays->normals || arrays->uvs;
     const shd_node data = {node, "data", 0, raw->data};
     if (raw->data && inlined) {
-        shd_wrong(r, &data, "give either `data` or `positions`, `indices`, `normals` and `uvs`, not both");
+        shd_wrong(r, &data,
+                  "give either `data` or `positions`, `indices`, `normals` and `uvs`, not both");
         return NULL;
     }
     if (raw->data) return shd_find_mesh(r, &data, node->index);

@@ -43,8 +43,8 @@ static void read_uv(shd_reader *r, const shd_node *node, void *out) {
         {"scale", read_scale, .offset = offsetof(raw_uv, scale), .range = &modest},
         {"offset", read_two, .offset = offsetof(raw_uv, offset), .range = &modest},
         {"rotate", shd_read_degrees, .offset = offsetof(raw_uv, rotate), .range = &modest},
-        {"wrap", shd_read_choice, .offset = offsetof(raw_uv, wrap),
-         .kinds = 1u << SHD_GRADIENT, .choices = wraps},
+        {"wrap", shd_read_choice, .offset = offsetof(raw_uv, wrap), .kinds = 1u << SHD_GRADIENT,
+         .choices = wraps},
     };
     raw_pattern *raw = (raw_pattern *)(void *)((char *)out - offsetof(raw_pattern, uv));
     static const char *const whats[] = {"a checker's `uv`", "a grid's `uv`", "a gradient's `uv`",
@@ -126,8 +126,7 @@ void shd_read_coefficient(shd_reader *r, const shd_node *node, void *out) {
 static bool same_texture(const shd_texture *a, const shd_texture *b) {
     if (!a || !b) return a == b;
     bool same = shd_same_pattern(&a->pattern, &b->pattern);
-    for (int c = 0; c < 3; c++)
-        same = same && a->low[c] == b->low[c] && a->high[c] == b->high[c];
+    for (int c = 0; c < 3; c++) same = same && a->low[c] == b->low[c] && a->high[c] == b->high[c];
     return same;
 }
 
@@ -153,11 +152,11 @@ void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *o
     if (object->shape == SHD_MESH && mesh && !mesh->uvs)
         shd_wrong(r, node, "a material with a pattern needs `uvs` on a mesh%s",
                   mesh->type ? ": what is built in has none" : "");
-    if (r->scene->spectral.channels)
-        shd_wrong(r, node, "a spectral scene has no patterns");
+    if (r->scene->spectral.channels) shd_wrong(r, node, "a spectral scene has no patterns");
     if (r->scene->trace.depth > 0)
-        shd_wrong(r, node, "patterns are not seen by mirrored or refracted rays: `trace` with a "
-                           "`depth` has none");
+        shd_wrong(r, node,
+                  "patterns are not seen by mirrored or refracted rays: `trace` with a "
+                  "`depth` has none");
     if (material->model == SHD_MODEL_WESTIN)
         shd_wrong(r, node, "the facets of a westin material have no pattern");
 }

@@ -48,10 +48,7 @@ static place chart_torus(shd_vec3 p) {
  * whose middle is (1/2, 1/2). */
 static place chart_flat(shd_vec3 p, double size, bool below) {
     const double z = below ? -1 : 1;
-    return (place){0.5 + p.x / size,
-                   0.5 - z * p.z / size,
-                   {1 / size, 0, 0},
-                   {0, 0, -z / size}};
+    return (place){0.5 + p.x / size, 0.5 - z * p.z / size, {1 / size, 0, 0}, {0, 0, -z / size}};
 }
 
 static place chart_plane(shd_vec3 p) {
@@ -79,13 +76,19 @@ static place chart_box(shd_vec3 p, shd_vec3 normal) {
 
 static place chart_shape(const shd_object *object, shd_vec3 p, shd_vec3 normal) {
     switch (object->shape) {
-        case SHD_SPHERE: return chart_sphere(p);
-        case SHD_DISC: return chart_flat(p, 2, false);
-        case SHD_BOX: return chart_box(p, normal);
-        case SHD_CYLINDER:
-        case SHD_CONE: return chart_tall(p, normal);
-        case SHD_TORUS: return chart_torus(p);
-        default: return chart_plane(p);
+    case SHD_SPHERE:
+        return chart_sphere(p);
+    case SHD_DISC:
+        return chart_flat(p, 2, false);
+    case SHD_BOX:
+        return chart_box(p, normal);
+    case SHD_CYLINDER:
+    case SHD_CONE:
+        return chart_tall(p, normal);
+    case SHD_TORUS:
+        return chart_torus(p);
+    default:
+        return chart_plane(p);
     }
 }
 
@@ -105,8 +108,8 @@ static shd_vec3 slide(const shd_seen_by *ray, shd_vec3 normal, shd_vec3 side) {
     return shd_madd(side, ray->way, -shd_dot(normal, side) / facing);
 }
 
-/* Moves a ray to its pixel's middle, where it meets the tangent plane nearly as far away. Returns by
- * how much that moves the point. */
+/* Moves a ray to its pixel's middle, where it meets the tangent plane nearly as far away. Returns
+ * by how much that moves the point. */
 static shd_vec3 center_ray(shd_seen_by *ray, shd_vec3 normal) {
     const shd_vec3 shift = shd_madd(shd_scale(ray->right, ray->aside), ray->down, ray->below);
     if (!ray->perspective) return slide(ray, normal, shift);

@@ -2,8 +2,8 @@
  * told in docs/textures.md. Any thread. */
 #pragma once
 
-#include "shade/wave.h"
 #include "scene/scene.h"
+#include "shade/wave.h"
 
 /* An object's frames, found once. */
 typedef struct shd_chart {
@@ -20,9 +20,9 @@ typedef struct shd_charted_point {
     double b, c;               /* weights of its second and third corner */
 } shd_charted_point;
 
-/* The ray that sees it: the way there from the eye (orthographic: any length of it), by how much the
- * way's end moves from pixel to pixel to the right and down on a screen through the point, and how
- * far the ray is from its pixel's middle, in pixels. */
+/* The ray that sees it: the way there from the eye (orthographic: any length of it), by how much
+ * the way's end moves from pixel to pixel to the right and down on a screen through the point, and
+ * how far the ray is from its pixel's middle, in pixels. */
 typedef struct shd_seen_by {
     shd_vec3 way, right, down;
     bool perspective;

@@ -96,8 +96,8 @@ static double shown_of(const shd_footprint *f) {
 static double checker_mean(const shd_footprint *f) {
     static const shd_pulse even = {0, 0.5};
     const double s = shd_pulse_mean(&even, f, 0), t = shd_pulse_mean(&even, f, 1);
-    const double shown = shown_of(&(shd_footprint){{0, 0}, {2 * f->x[0], 2 * f->x[1]},
-                                                   {2 * f->y[0], 2 * f->y[1]}});
+    const double shown =
+        shown_of(&(shd_footprint){{0, 0}, {2 * f->x[0], 2 * f->x[1]}, {2 * f->y[0], 2 * f->y[1]}});
     return 0.5 + shown * (s + t - 2 * shd_pulses_mean(&even, f) - 0.5);
 }
 
@@ -114,11 +114,20 @@ double shd_pattern_mean(const shd_pattern *pattern, const shd_footprint *uv) {
     if (!is_usable(&mapped)) return mean;
     const shd_footprint f = pattern->kind == SHD_NOISE ? mapped : shd_footprint_of(&mapped);
     switch (pattern->kind) {
-        case SHD_CHECKER: mean = checker_mean(&f); break;
-        case SHD_GRID: mean = grid_mean(pattern->width, &f); break;
-        case SHD_GRADIENT: mean = shd_ramp_mean(pattern->wrap, &f); break;
-        case SHD_NOISE: mean = noise_mean(pattern->octaves, &f); break;
-        case SHD_PATTERN_COUNT: break;
+    case SHD_CHECKER:
+        mean = checker_mean(&f);
+        break;
+    case SHD_GRID:
+        mean = grid_mean(pattern->width, &f);
+        break;
+    case SHD_GRADIENT:
+        mean = shd_ramp_mean(pattern->wrap, &f);
+        break;
+    case SHD_NOISE:
+        mean = noise_mean(pattern->octaves, &f);
+        break;
+    case SHD_PATTERN_COUNT:
+        break;
     }
     return shd_smaller(shd_larger(mean, 0), 1);
 }

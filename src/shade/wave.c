@@ -32,8 +32,8 @@ static double saw4(double s) {
 /* ---- One axis: a side of the footprint spreads s evenly, two spread it as a trapezoid. ---- */
 
 /* The mean over the trapezoid of what `twice` is the second integral of. */
-static double mean_of(double (*twice)(const void *, double), const void *of,
-                      const shd_footprint *f, int axis) {
+static double mean_of(double (*twice)(const void *, double), const void *of, const shd_footprint *f,
+                      int axis) {
     const double c = f->at[axis], least = SHD_FOOTPRINT_LEAST;
     const double p = shd_larger(fabs(f->x[axis]), least), q = shd_larger(fabs(f->y[axis]), least);
     const double sum = (p + q) / 2, difference = (p - q) / 2;
@@ -81,7 +81,8 @@ static double next_change(const shd_pulse *pulse, double t, bool up) {
     return best;
 }
 
-/* The integral of rest1(s) rest(t) dt along an edge. Between changes of t the second is constant. */
+/* The integral of rest1(s) rest(t) dt along an edge. Between changes of t the second is constant.
+ */
 static double along_edge(const shd_pulse *pulse, const double from[2], const double to[2]) {
     enum { MOST = 4096 };
     const double ds = to[0] - from[0], dt = to[1] - from[1], end = to[1];
@@ -92,8 +93,7 @@ static double along_edge(const shd_pulse *pulse, const double from[2], const dou
         double next = next_change(pulse, t, up);
         const bool last = up ? next >= end : next <= end;
         if (last) next = end;
-        const double then = last ? to[0] : from[0] + (next - from[1]) * (ds / dt),
-                     step = then - s;
+        const double then = last ? to[0] : from[0] + (next - from[1]) * (ds / dt), step = then - s;
         const double inner = fabs(step) > 1e-7 ? (rest2(pulse, then) - rest2(pulse, s)) / step
                                                : rest1(pulse, (s + then) / 2);
         sum += rest(pulse, (t + next) / 2) * inner * (next - t);

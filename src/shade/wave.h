@@ -14,8 +14,8 @@ typedef struct shd_footprint {
     double x[2], y[2]; /* its sides */
 } shd_footprint;
 
-/* No side of a footprint is shorter than this part of a wave, and no footprint is thinner: integrals
- * are differences divided by its sides. */
+/* No side of a footprint is shorter than this part of a wave, and no footprint is thinner:
+ * integrals are differences divided by its sides. */
 #define SHD_FOOTPRINT_LEAST 1e-4
 
 /* 1 on [from, to) of each unit, else 0; 0 <= from < to <= 1. */

@@ -125,9 +125,8 @@ static json_t *tell_patterns(const shd_plan_material *material) {
                          : slot->of == SHD_SLOT_AMBIENT ? "ambient"
                          : slot->term                   ? "specular"
                                                         : "diffuse";
-        json_t *told =
-            json_pack("{ss ss}", "coefficient", of, "pattern",
-                      shd_pattern_names[textures->patterns[slot->pattern].kind]);
+        json_t *told = json_pack("{ss ss}", "coefficient", of, "pattern",
+                                 shd_pattern_names[textures->patterns[slot->pattern].kind]);
         if (slot->of == SHD_SLOT_TERM && slot->term)
             json_object_set_new(told, "lobe", json_integer((json_int_t)slot->term - 1));
         json_array_append_new(list, told);

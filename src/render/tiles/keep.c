@@ -52,8 +52,7 @@ static void put_mesh(hash *h, const shd_mesh *mesh, const atomic_bool *cancelled
     put_array(h, mesh->positions, vectors, cancelled);
     if (mesh->normals) put_array(h, mesh->normals, vectors, cancelled);
     put_count(h, mesh->uvs != NULL);
-    if (mesh->uvs)
-        put_array(h, mesh->uvs, 2 * mesh->vertex_count * sizeof *mesh->uvs, cancelled);
+    if (mesh->uvs) put_array(h, mesh->uvs, 2 * mesh->vertex_count * sizeof *mesh->uvs, cancelled);
     put_array(h, mesh->indices, 3 * mesh->triangle_count * sizeof *mesh->indices, cancelled);
 }
 
