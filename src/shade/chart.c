@@ -102,7 +102,7 @@ static shd_vec3 carry_normal(const shd_chart *chart, shd_vec3 n) {
 
 /* How the point in which a pixel sees the tangent plane moves with the pixel. */
 static shd_vec3 slide(const shd_seen_by *ray, shd_vec3 normal, shd_vec3 side) {
-    const double steep = 1e-6 * shd_length(ray->way) * shd_length(normal);
+    const double steep = 1e-6 * sqrt(shd_dot(ray->way, ray->way) * shd_dot(normal, normal));
     double facing = shd_dot(normal, ray->way);
     if (fabs(facing) < steep) facing = facing < 0 ? -steep : steep;
     return shd_madd(side, ray->way, -shd_dot(normal, side) / facing);

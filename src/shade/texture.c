@@ -5,6 +5,10 @@
 
 #include "base/vec3.h"
 
+static double length_of(const double v[2]) {
+    return sqrt(v[0] * v[0] + v[1] * v[1]);
+}
+
 /* ---- Noise. ---- */
 
 /* The value at a lattice point, in [0, 1): the same on every machine (the finalizer of
@@ -40,7 +44,7 @@ static double kept_of(double width) {
 
 static double noise_mean(int octaves, const shd_footprint *f) {
     enum { MOST_STEPS = 16 };
-    const double x = hypot(f->x[0], f->x[1]), y = hypot(f->y[0], f->y[1]);
+    const double x = length_of(f->x), y = length_of(f->y);
     const double *side = x > y ? f->x : f->y, wide = shd_smaller(x, y), length = shd_larger(x, y);
     double sum = 0, whole = 0, share = 1, scale = 1;
     for (int o = 0; o < octaves; o++, share /= 2, scale *= 2) {
@@ -86,7 +90,7 @@ static bool is_usable(const shd_footprint *f) {
 /* What is left of checks or lines that a pixel spans so many of, in its narrow direction: what is
  * finer than pixels can show would only be moire, which moves when nothing else does. */
 static double shown_of(const shd_footprint *f) {
-    const double x = hypot(f->x[0], f->x[1]), y = hypot(f->y[0], f->y[1]);
+    const double x = length_of(f->x), y = length_of(f->y);
     const double area = fabs(f->x[0] * f->y[1] - f->x[1] * f->y[0]);
     const double span = (area / shd_larger(x, y) - 0.7) / 0.4;
     return span <= 0 ? 1 : span >= 1 ? 0 : 1 - smooth(span);
@@ -95,16 +99,19 @@ static double shown_of(const shd_footprint *f) {
 /* A checker of the sign waves a and b is (1 - a b) / 2, and a is 2 pulse - 1. */
 static double checker_mean(const shd_footprint *f) {
     static const shd_pulse even = {0, 0.5};
+    const shd_footprint in_checks = {
+        {0, 0}, {2 * f->x[0], 2 * f->x[1]}, {2 * f->y[0], 2 * f->y[1]}};
+    const double shown = shown_of(&in_checks);
+    if (shown == 0) return 0.5; /* of waves that are walked along for long otherwise */
     const double s = shd_pulse_mean(&even, f, 0), t = shd_pulse_mean(&even, f, 1);
-    const double shown =
-        shown_of(&(shd_footprint){{0, 0}, {2 * f->x[0], 2 * f->x[1]}, {2 * f->y[0], 2 * f->y[1]}});
     return 0.5 + shown * (s + t - 2 * shd_pulses_mean(&even, f) - 0.5);
 }
 
 static double grid_mean(double width, const shd_footprint *f) {
     const shd_pulse between = {width / 2, 1 - width / 2};
-    const double mean = (1 - width) * (1 - width);
-    return 1 - mean - shown_of(f) * (shd_pulses_mean(&between, f) - mean);
+    const double mean = (1 - width) * (1 - width), shown = shown_of(f);
+    if (shown == 0) return 1 - mean;
+    return 1 - mean - shown * (shd_pulses_mean(&between, f) - mean);
 }
 
 double shd_pattern_mean(const shd_pattern *pattern, const shd_footprint *uv) {
