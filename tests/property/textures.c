@@ -110,6 +110,27 @@ static void equal_colors_are_one_color(void **state) {
     }
 }
 
+static void reflectances_of_patterns_are_not_told(void **state) {
+    static const char *const members[] = {"diffuse", "emissive"};
+    for (int k = 0; k < 2; k++) {
+        char *json =
+            text_of("{\"objects\": [{\"type\": \"box\"}, {\"type\": \"sphere\", \"material\": "
+                    "{\"%s\": {\"pattern\": \"checker\", \"colors\": [0, 0.9]}, \"ambient\": "
+                    "0}}]}",
+                    members[k]);
+        shd_request *request = read_scene(*state, json);
+        shd_error error;
+        unsigned char *data = NULL;
+        size_t size;
+        const shd_status status = shd_request_brdf(request, SHD_BRDF_JSON, &data, &size, &error);
+        assert_int_equal(status, k ? SHD_OK : SHD_SCENE);
+        if (!k) assert_string_equal(error.path, "/objects/1/material");
+        free(data);
+        shd_request_drop(request);
+        free(json);
+    }
+}
+
 static file render(shd_engine *engine, const char *json, shd_reused *reused) {
     shd_request *request = read_scene(engine, json);
     shd_error error;
@@ -258,6 +279,7 @@ int main(void) {
         cmocka_unit_test(tiers_differ_by_no_more_than_is_said),
         cmocka_unit_test(layers_add_up),
         cmocka_unit_test(equal_colors_are_one_color),
+        cmocka_unit_test(reflectances_of_patterns_are_not_told),
         cmocka_unit_test(tints_keep_light),
         cmocka_unit_test(regions_and_kernels_see_the_same),
         cmocka_unit_test(floors_neither_shimmer_nor_grey),

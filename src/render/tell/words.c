@@ -184,8 +184,9 @@ static void say_objects(json_t *words, const shd_plan *plan) {
     if (pairs < most)
         say_line(words, "Of %zu pairs of an object and a light, %zu matter.", most, pairs);
     if (plan->split_positions)
-        say_line(words,
-                 "Positions keep more digits than f32 has: a light is near an object, or steep.");
+        say_line(words, "Positions keep more digits than f32 has: %s.",
+                 plan->textured ? "patterns are found by them"
+                                : "a light is near an object, or steep");
 }
 
 /* What is traced beyond the eye's rays. */
