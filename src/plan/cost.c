@@ -2,6 +2,7 @@
 
 #include "plan/kernel_costs.h"
 #include "plan/paths.h"
+#include "plan/textures.h"
 
 /* Nanoseconds with AVX-512 kernels, of the processor that kernel_costs.h names. On another one all
  * of them are longer or shorter by about the same factor. `tests/bench/costs.py` measures them
@@ -190,6 +191,13 @@ static double light_factor(const shd_plan *plan, const shd_kernel_cost *costs, s
     return plan->light_count ? sum / (double)plan->light_count : 1;
 }
 
+/* What a sample's footprint on a chart costs, and the means of patterns over it. */
+static double patterns_of(const shd_plan_material *material) {
+    static const double FOOTPRINT = 120, MEAN = 150;
+    const shd_plan_textures *textures = material->textures;
+    return textures ? FOOTPRINT + MEAN * (double)textures->pattern_count : 0;
+}
+
 /* What the light costs of a ray that meets the object. */
 static double light_of(const shd_plan *plan, size_t index, const shd_kernel_cost *cost,
                        double factor, shd_tier tier) {
@@ -198,7 +206,8 @@ static double light_of(const shd_plan *plan, size_t index, const shd_kernel_cost
     const double slower = slower_samples[plan->isa];
     if (plan->scene->objects[index].interpolation != SHD_PHONG) return SAMPLE * slower + FACET;
     const double sample = slower * ((is_wide(plan, tier) ? WIDE_SAMPLE : SAMPLE) +
-                                    (tier == SHD_EXACT ? EXACT_SAMPLE : 0));
+                                    (tier == SHD_EXACT ? EXACT_SAMPLE : 0)) +
+                          patterns_of(&plan->materials[lit->material]);
     const double light = factor * cost->light + lobes * cost->lobe;
     if (!plan->extended) return sample + (double)lit->light_count * light;
     double sum = sample;

@@ -71,5 +71,6 @@ static bool splits_positions(const shd_plan *plan) {
 
 void shd_plan_frame(shd_plan *plan) {
     place_frame(plan);
-    plan->split_positions = splits_positions(plan);
+    /* Where a pattern is, is told by all of f64, so that every tier has the same. */
+    plan->split_positions = plan->textured || splits_positions(plan);
 }

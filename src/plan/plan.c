@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "plan/parts.h"
+#include "plan/textures.h"
 
 static shd_plan_light plan_light(const shd_light *light, size_t index) {
     shd_plan_light out = {.index = index};
@@ -109,6 +110,7 @@ static void find_greys(shd_plan *plan) {
                       shd_is_grey(material->diffuse);
         for (size_t k = 0; k < material->lobe_count; k++)
             plan->grey &= shd_is_grey(material->lobes[k].specular);
+        if (material->textures) plan->grey &= material->textures->grey;
     }
 }
 
@@ -131,6 +133,11 @@ static bool arrange_lights(shd_plan *plan, const shd_plan_light *lights, size_t 
     return shd_plan_sheets(plan, arena) && shd_plan_term_colors(plan, arena);
 }
 
+static void note_textures(shd_plan *plan, const shd_plan_textures *textures) {
+    plan->textured = true;
+    if (textures->pattern_count > plan->max_patterns) plan->max_patterns = textures->pattern_count;
+}
+
 static bool make_materials(shd_plan *plan, const double ambient[3], double (*bins)[3],
                            shd_arena *arena) {
     const shd_scene *scene = plan->scene;
@@ -139,11 +146,19 @@ static bool make_materials(shd_plan *plan, const double ambient[3], double (*bin
     for (size_t i = 0; i < scene->material_count; i++) {
         if (!plan_material(&scene->materials[i], ambient, arena, &materials[i]) ||
             !shd_plan_material_bins(plan, bins, arena, &materials[i]) ||
-            !shd_plan_tint(plan, bins, arena, &materials[i]))
+            !shd_plan_tint(plan, bins, arena, &materials[i]) ||
+            !shd_plan_textures_make(ambient, arena, &materials[i]))
             return false;
-        if (materials[i].lobe_count > plan->max_lobes) plan->max_lobes = materials[i].lobe_count;
+        const size_t lobes = materials[i].lobe_count,
+                     terms = 1 + lobes + shd_material_slots(&materials[i]);
+        if (lobes > plan->max_lobes) plan->max_lobes = lobes;
+        if (terms > plan->max_terms) plan->max_terms = terms;
+        if (materials[i].textures) note_textures(plan, materials[i].textures);
     }
     plan->materials = materials;
+    for (size_t i = 0; plan->textured && i < scene->object_count; i++)
+        plan->charted |=
+            scene->objects[i].shape == SHD_MESH && materials[scene->objects[i].material].textures;
     return true;
 }
 
@@ -153,7 +168,8 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
     shd_plan_light *lights = shd_arena_alloc(arena, scene->light_count, sizeof *lights);
     uint8_t *drops = shd_arena_zalloc(arena, scene->light_count, sizeof *drops);
     if (!plan || !lights || !drops) return false;
-    *plan = (shd_plan){.scene = scene, .isa = isa, .whole = whole, .cancelled = cancelled};
+    *plan = (shd_plan){
+        .scene = scene, .isa = isa, .whole = whole, .max_terms = 1, .cancelled = cancelled};
 
     double ambient[3], (*bins)[3];
     size_t count = 0;

@@ -71,7 +71,8 @@ typedef struct shd_plan_material {
     /* [(plan->bins->count + 2) / 3]: three bins each of a Cook-Torrance material's index, the last
      * one repeated; NULL: it is the same in a channel's bins. */
     const shd_fresnel *indices;
-    const shd_tint *tint; /* NULL: rays carry three channels */
+    const shd_tint *tint;                     /* NULL: rays carry three channels */
+    const struct shd_plan_textures *textures; /* its patterns (plan/textures.h); NULL: none */
 } shd_plan_material;
 
 /* An object as its lights see it. */
@@ -120,7 +121,11 @@ typedef struct shd_plan {
     const uint8_t *drops;     /* [scene->light_count]: SHD_DROP bits; 0: it is in `lights` */
     const shd_plan_material *materials; /* as shd_scene.materials */
     size_t max_lobes;                   /* of any material */
-    const shd_plan_object *objects;     /* as shd_scene.objects */
+    size_t max_terms;    /* of any material: the diffuse one, lobes, and slots of patterns */
+    size_t max_patterns; /* of any material */
+    bool textured;       /* some object has a pattern */
+    bool charted;        /* and one of these is a mesh, so that hits tell of triangles */
+    const shd_plan_object *objects; /* as shd_scene.objects */
     const shd_plan_group *groups;
     size_t group_count;
     bool grey_lights;        /* r = g = b in all of `lights` */

@@ -48,7 +48,7 @@ static bool same_extension(const shd_plan_material *x, const shd_plan_material *
            !memcmp(&a->fresnel, &b->fresnel, sizeof a->fresnel) &&
            same_color(a->opacity, b->opacity) && same_color(a->reflection, b->reflection) &&
            same_color(a->transmission, b->transmission) && a->ior == b->ior &&
-           shd_same_microgeometry(a->microgeometry, b->microgeometry) &&
+           shd_same_microgeometry(a->microgeometry, b->microgeometry) && shd_same_textures(a, b) &&
            (!x->bins || !memcmp(x->bins, y->bins, x->bin_count * sizeof *x->bins)) &&
            shd_same_tint(x, y);
 }

@@ -112,12 +112,36 @@ static void put_extension(sink *s, const shd_material *m) {
     }
 }
 
+static void put_texture(sink *s, const shd_texture *texture, size_t which) {
+    if (!texture) return;
+    const shd_pattern *p = &texture->pattern;
+    put_count(s, SIZE_MAX - 6);
+    put_count(s, which);
+    put_count(s, p->kind);
+    put_numbers(s, &p->map[0][0], 6);
+    put_count(s, p->wrap);
+    put_numbers(s, &p->width, 1);
+    put_count(s, (uint64_t)p->octaves);
+    put_numbers(s, texture->low, 3);
+    put_numbers(s, texture->high, 3);
+}
+
+/* As above: behind a count that no list of lobes has. */
+static void put_textures(sink *s, const shd_material *m) {
+    put_texture(s, m->emissive_texture, 0);
+    put_texture(s, m->ambient_texture, 1);
+    put_texture(s, m->diffuse_texture, 2);
+    for (size_t k = 0; m->lobe_textures && k < m->lobe_count; k++)
+        put_texture(s, m->lobe_textures[k], 3 + k);
+}
+
 static void put_material(sink *s, const shd_material *material) {
     put_numbers(s, material->emissive, 3);
     put_numbers(s, material->ambient, 3);
     put_numbers(s, material->diffuse, 3);
     put_count(s, material->front_only);
     put_extension(s, material);
+    put_textures(s, material);
     put_count(s, material->lobe_count);
     for (size_t i = 0; i < material->lobe_count; i++) {
         put_numbers(s, material->lobes[i].specular, 3);
@@ -148,6 +172,10 @@ static void put_mesh(sink *s, const shd_mesh *mesh, size_t object) {
     put_count(s, mesh->vertex_count);
     put_count(s, mesh->triangle_count);
     put_count(s, mesh->normals != NULL);
+    if (mesh->uvs) { /* others keep their digest */
+        put_count(s, SIZE_MAX);
+        put_numbers(s, mesh->uvs, 2 * mesh->vertex_count);
+    }
     put_numbers(s, mesh->positions, 3 * mesh->vertex_count);
     if (mesh->normals) put_numbers(s, mesh->normals, 3 * mesh->vertex_count);
     for (size_t i = 0; i < 3 * mesh->triangle_count; i++) {

@@ -104,6 +104,8 @@ typedef struct shd_field {
     /* Of a color that may be a spectrum: where its const shd_curve * is; 0: it may not. */
     size_t curve;
     bool lamp; /* whether that spectrum is of light */
+    /* Of a coefficient: where its const shd_texture * is. */
+    size_t texture;
 } shd_field;
 
 enum { SHD_FIELDS_MOST = 32, SHD_SOME_FIELD = 1 << 30 };
@@ -154,6 +156,9 @@ shd_field_read shd_read_color;     /* double[3], in the working space */
 /* double[3], a color, or the RGB of a spectrum, which is written to where the field has its curve.
  */
 shd_field_read shd_read_color_or_spectrum;
+/* The same, or a pattern, whose larger colors are written, and which goes to where the field has
+ * its texture. */
+shd_field_read shd_read_coefficient;
 shd_field_read shd_read_spectral; /* shd_spectral */
 shd_field_read shd_read_space;    /* const shd_space_info *, by its name; NULL: it is wrong */
 shd_field_read shd_read_label;    /* nothing: the string is for others */
@@ -248,7 +253,7 @@ shd_field_read shd_read_transform; /* shd_affine */
 /* The arrays of a mesh as the document has them, or the name of what is kept. NULL: absent;
  * `normals` that are null count as absent. */
 typedef struct shd_mesh_source {
-    json_t *positions, *indices, *normals;
+    json_t *positions, *indices, *normals, *uvs;
     json_t *data;
 } shd_mesh_source;
 
@@ -262,6 +267,9 @@ shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_sour
  * kept. */
 const shd_mesh *shd_read_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source,
                               shd_mesh **own);
+
+/* Reports an object that its material's patterns cannot be on. `node` is the object. */
+void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *object);
 
 /* Reports the meshes that are not kept, after all else that is wrong. */
 void shd_report_missing(shd_reader *r);

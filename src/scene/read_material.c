@@ -7,7 +7,8 @@
 
 typedef struct raw_lobe {
     shd_lobe lobe;
-    const shd_curve *curve; /* of its `specular` */
+    const shd_curve *curve;     /* of its `specular` */
+    const shd_texture *texture; /* the same */
 } raw_lobe;
 
 typedef struct raw_lobes {
@@ -16,6 +17,7 @@ typedef struct raw_lobes {
     const shd_lobe *lobes;
     size_t count;
     const shd_curve **curves; /* [count] */
+    const shd_texture **textures;
 } raw_lobes;
 
 typedef struct raw_material {
@@ -31,6 +33,7 @@ typedef struct raw_material {
     double alpha; /* of `diffuse`; negative: it has none */
     const shd_curve *emissive_curve, *ambient_curve, *diffuse_curve, *specular_curve;
     const shd_curve *opacity_curve, *reflection_curve, *transmission_curve;
+    const shd_texture *emissive_texture, *ambient_texture, *diffuse_texture, *specular_texture;
 } raw_material;
 
 /* ---- The library ---- */
@@ -106,8 +109,8 @@ static void read_preset(shd_reader *r, const shd_node *node, void *out) {
 
 static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
     static const shd_field members[] = {
-        {"specular", shd_read_color_or_spectrum, .offset = offsetof(raw_lobe, lobe.specular),
-         .curve = offsetof(raw_lobe, curve)},
+        {"specular", shd_read_coefficient, .offset = offsetof(raw_lobe, lobe.specular),
+         .curve = offsetof(raw_lobe, curve), .texture = offsetof(raw_lobe, texture)},
         {"shininess", shd_read_number, offsetof(raw_lobe, lobe.shininess),
          .range = &shd_not_negative},
     };
@@ -117,7 +120,8 @@ static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
     if (count > SHD_LOBES_MOST) count = SHD_LOBES_MOST;
     shd_lobe *lobes = shd_take(r, count, sizeof *lobes);
     const shd_curve **curves = shd_take(r, count, sizeof *curves);
-    if (!lobes || !curves) return;
+    const shd_texture **textures = shd_take(r, count, sizeof *textures);
+    if (!lobes || !curves || !textures) return;
     for (size_t i = 0; i < count; i++) {
         shd_node lobe = shd_node_item(node, i);
         raw_lobe raw = {.lobe.shininess = 32};
@@ -127,11 +131,13 @@ static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
             shd_read_fields(r, &lobe, members, SHD_LENGTH(members), 0, "a lobe", &raw);
         lobes[i] = raw.lobe;
         curves[i] = raw.curve;
+        textures[i] = raw.texture;
     }
     further->given = true;
     further->lobes = lobes;
     further->count = count;
     further->curves = curves;
+    further->textures = textures;
 }
 
 static const char *const sides[] = {"both", "front", NULL};
@@ -140,9 +146,10 @@ static const char *const sides[] = {"both", "front", NULL};
 static void read_diffuse(shd_reader *r, const shd_node *node, void *out) {
     raw_material *raw = (raw_material *)(void *)((char *)out - r->field->offset);
     if (json_is_object(node->value)) {
-        shd_read_color_or_spectrum(r, node, out);
+        shd_read_coefficient(r, node, out);
         return;
     }
+    raw->diffuse_texture = NULL;
     shd_read_color_alpha(r, node, raw->diffuse, &raw->alpha);
     if (raw->alpha == 1) raw->alpha = -1;
 }
@@ -167,13 +174,14 @@ static const shd_field material_fields[] = {
     {"model", .read = NULL},
     /* Before the members that override it. */
     {"preset", .read = read_preset, .kinds = SHINY | FACETS | OREN_NAYAR | 1 << BARE},
-    {"emissive", shd_read_color_or_spectrum, .offset = AT(emissive), .curve = AT(emissive_curve),
-     .lamp = true},
-    {"ambient", shd_read_color_or_spectrum, AT(ambient), .mark = AMBIENT,
-     .curve = AT(ambient_curve)},
-    {"diffuse", read_diffuse, AT(diffuse), .mark = DIFFUSE, .curve = AT(diffuse_curve)},
-    {"specular", shd_read_color_or_spectrum, AT(first.specular), .kinds = SHINY,
-     .curve = AT(specular_curve)},
+    {"emissive", shd_read_coefficient, .offset = AT(emissive), .curve = AT(emissive_curve),
+     .lamp = true, .texture = AT(emissive_texture)},
+    {"ambient", shd_read_coefficient, AT(ambient), .mark = AMBIENT, .curve = AT(ambient_curve),
+     .texture = AT(ambient_texture)},
+    {"diffuse", read_diffuse, AT(diffuse), .mark = DIFFUSE, .curve = AT(diffuse_curve),
+     .texture = AT(diffuse_texture)},
+    {"specular", shd_read_coefficient, AT(first.specular), .kinds = SHINY,
+     .curve = AT(specular_curve), .texture = AT(specular_texture)},
     {"shininess", shd_read_number, AT(first.shininess), SHINY, .range = &shd_not_negative},
     {"lobes", read_lobes, AT(further), .kinds = SHINY | FACETS},
     {"sigma", shd_read_degrees, AT(sigma), OREN_NAYAR, .range = &facet_angle},
@@ -186,84 +194,21 @@ static const shd_field material_fields[] = {
     {"ior", shd_read_number, AT(ior), .range = &shd_positive},
 };
 
-static bool is_negative(const double rgb[3]) {
-    return rgb[0] < 0 || rgb[1] < 0 || rgb[2] < 0;
-}
-
-/* The largest component of the share of light that a material sends on. Of ambient light it is
- * `ambient`. Of other light, from straight above, it is diffuse and each lobe's share: of Phong's,
- * 2 specular / (shininess + 2), since the lobe (R.V)^n holds 2 pi / (n + 2) of the hemisphere's pi.
- * Light from aside is sent on by more. */
-static double most_reflected(const shd_material *m) {
-    double most = 0;
-    for (int c = 0; c < 3; c++) {
-        double direct = m->diffuse[c];
-        for (size_t i = 0; i < m->lobe_count; i++)
-            direct += m->lobes[i].specular[c] * shd_lobe_albedo(m, &m->lobes[i]);
-        most = shd_larger(m->ambient[c], shd_larger(direct, most)); /* NAN is left out */
-    }
-    return most;
-}
-
-static bool same_lobes(const shd_material *a, const shd_material *b) {
-    for (size_t i = 0; i < a->lobe_count; i++)
-        if (memcmp(a->lobes[i].specular, b->lobes[i].specular, sizeof a->lobes[i].specular) != 0 ||
-            a->lobes[i].shininess != b->lobes[i].shininess)
-            return false;
-    return true;
-}
-
-/* Whether there are warnings already about a material that is like this one. */
-static bool is_warned(shd_reader *r, const shd_material *m) {
-    for (size_t i = 0; i < r->warned_count; i++) {
-        const shd_material *known = &r->warned[i];
-        if (!memcmp(known->emissive, m->emissive, sizeof m->emissive) &&
-            !memcmp(known->ambient, m->ambient, sizeof m->ambient) &&
-            !memcmp(known->diffuse, m->diffuse, sizeof m->diffuse) && known->model == m->model &&
-            known->lobe_count == m->lobe_count && same_lobes(known, m) && shd_same_rays(known, m))
-            return true;
-    }
-    return false;
-}
-
-/* Warns of what looks like a mistake; materials are never changed silently. Materials that are
- * alike by their values, however they are written, are warned of once. A NAN is an error
- * already. */
-static void warn_of_material(shd_reader *r, const shd_node *node, const shd_material *m) {
-    static const double slack = 1e-6; /* rounding of decimals and of color conversion */
-    double reflected = most_reflected(m), sharpest = 0;
-    bool negative = is_negative(m->emissive) || is_negative(m->ambient) || is_negative(m->diffuse);
-    for (size_t i = 0; i < m->lobe_count; i++) {
-        if (m->model != SHD_MODEL_COOK_TORRANCE)
-            sharpest = shd_larger(m->lobes[i].shininess, sharpest);
-        negative = negative || is_negative(m->lobes[i].specular);
-    }
-    bool amplifies = reflected > 1 + slack, sharp = sharpest > 1000;
-    if (!(amplifies || sharp || negative || shd_is_rayed(m)) || is_warned(r, m)) return;
-    if (amplifies)
-        shd_warn(r, node,
-                 "it sends on %.4g times the light that arrives, in a channel: ambient, or "
-                 "diffuse + %s, is above 1",
-                 reflected,
-                 m->model == SHD_MODEL_PHONG ? "2 specular / (shininess + 2)"
-                                             : "what its lobes reflect");
-    if (sharp)
-        shd_warn(r, node,
-                 "a shininess of %.6g is above 1000: the highlight may be smaller than a pixel",
-                 sharpest);
-    if (negative) shd_warn(r, node, "a coefficient is negative");
-    shd_warn_of_trace(r, node, m);
-    if (r->warned_count < SHD_REPORT_KEEP) r->warned[r->warned_count++] = *m;
-}
-
 /* `out` stays as it was if memory is short. */
 static void make_material(shd_reader *r, const raw_material *raw, const char *name,
                           shd_material *out) {
     shd_lobe *lobes = shd_take(r, 1 + raw->further.count, sizeof *lobes);
     const shd_curve **curves = shd_take(r, 1 + raw->further.count, sizeof *curves);
-    if (!lobes || !curves) return;
+    const shd_texture **textures = shd_take(r, 1 + raw->further.count, sizeof *textures);
+    if (!lobes || !curves || !textures) return;
     curves[0] = raw->specular_curve;
-    for (size_t i = 0; i < raw->further.count; i++) curves[1 + i] = raw->further.curves[i];
+    textures[0] = raw->specular_texture;
+    bool textured = textures[0];
+    for (size_t i = 0; i < raw->further.count; i++) {
+        curves[1 + i] = raw->further.curves[i];
+        textures[1 + i] = raw->further.textures[i];
+        textured = textured || textures[1 + i];
+    }
     lobes[0] = raw->first;
     if (raw->further.count)
         memcpy(lobes + 1, raw->further.lobes, raw->further.count * sizeof *lobes);
@@ -282,7 +227,11 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           .opacity_curve = raw->alpha < 0 ? raw->opacity_curve : NULL,
                           .reflection_curve = raw->reflection_curve,
                           .transmission_curve = raw->transmission_curve,
-                          .lobe_curves = curves};
+                          .lobe_curves = curves,
+                          .emissive_texture = raw->emissive_texture,
+                          .ambient_texture = raw->ambient_texture,
+                          .diffuse_texture = raw->diffuse_texture,
+                          .lobe_textures = textured ? textures : NULL};
     for (int c = 0; c < 3; c++) out->opacity[c] = raw->alpha < 0 ? raw->opacity[c] : raw->alpha;
     memcpy(out->reflection, raw->reflection, sizeof out->reflection);
     memcpy(out->transmission, raw->transmission, sizeof out->transmission);
@@ -347,6 +296,7 @@ static void read_members(shd_reader *r, const shd_node *node, int kind, raw_mate
     if (!raw->preset && !(r->seen & AMBIENT)) {
         memcpy(raw->ambient, raw->diffuse, sizeof raw->ambient);
         raw->ambient_curve = raw->diffuse_curve;
+        raw->ambient_texture = raw->diffuse_texture;
     }
 }
 
@@ -370,7 +320,7 @@ static void read_material(shd_reader *r, const shd_node *node, const char *name,
     }
     read_members(r, node, bare ? BARE : model, &raw);
     make_material(r, &raw, name, out);
-    if (!r->wrong) warn_of_material(r, node, out);
+    if (!r->wrong) shd_warn_of_material(r, node, out);
 }
 
 void shd_read_library_material(shd_reader *r, const shd_node *node, shd_material *out) {
@@ -457,7 +407,7 @@ static size_t use_preset(shd_reader *r, const shd_node *node, const shd_library 
     const char *kept = shd_take_text(r, name); /* the scene may outlive the library */
     shd_material material = {.name = ""};
     make_material(r, &raw, kept ? kept : "", &material);
-    if (r->report->status == SHD_OK) warn_of_material(r, node, &material);
+    if (r->report->status == SHD_OK) shd_warn_of_material(r, node, &material);
     return *used = append_material(r, &material);
 }
 

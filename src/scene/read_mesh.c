@@ -45,16 +45,21 @@ static bool get_number(const list *l, size_t i, double *out) {
     return json_is_real(item);
 }
 
-/* Checks that an array comes in threes; `what` names its items. */
-static bool in_threes(shd_reader *r, const list *l, const char *what) {
+/* Checks that an array comes in threes, or in twos; `what` names its items. */
+static bool in_groups(shd_reader *r, const list *l, const char *what, size_t of) {
     if (!l->numbers.values && !json_is_array(l->node.value)) {
         shd_node_expect(r->report, &l->node, "an array of numbers");
         return false;
     }
     const size_t size = l->numbers.count;
-    if (size > 0 && size % 3 == 0) return true;
-    shd_wrong(r, &l->node, "expected %s in threes, got %zu numbers", what, size);
+    if (size > 0 && size % of == 0) return true;
+    shd_wrong(r, &l->node, "expected %s in %s, got %zu numbers", what, of == 3 ? "threes" : "twos",
+              size);
     return false;
+}
+
+static bool in_threes(shd_reader *r, const list *l, const char *what) {
+    return in_groups(r, l, what, 3);
 }
 
 /* Reads the array's numbers. If `wanted` is false, or one item is no number, they are only
@@ -147,7 +152,7 @@ static void measure_box(const shd_reader *r, shd_mesh *mesh) {
 }
 
 typedef struct arrays {
-    list positions, indices, normals; /* the node's value is NULL if there is none */
+    list positions, indices, normals, uvs; /* the node's value is NULL if there is none */
     size_t vertices, triangles;
 } arrays;
 
@@ -171,6 +176,10 @@ static bool measure_arrays(shd_reader *r, arrays *a) {
         shd_wrong(r, &a->normals.node,
                   "expected as many normals as positions, %zu numbers, got %zu", size,
                   a->normals.numbers.count);
+    if (a->uvs.node.value && in_groups(r, &a->uvs, "uvs", 2) && whole &&
+        a->uvs.numbers.count != 2 * a->vertices)
+        shd_wrong(r, &a->uvs.node, "expected two uvs a vertex, %zu numbers, got %zu",
+                  2 * a->vertices, a->uvs.numbers.count);
     if (a->vertices > UINT32_MAX)
         shd_wrong(r, &a->positions.node, "a mesh has at most 4294967295 positions");
     return whole;
@@ -180,7 +189,8 @@ shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_sour
     json_t *normals_given = json_is_null(source->normals) ? NULL : source->normals;
     arrays a = {.positions = list_of(r, node, "positions", source->positions),
                 .indices = list_of(r, node, "indices", source->indices),
-                .normals = list_of(r, node, "normals", normals_given)};
+                .normals = list_of(r, node, "normals", normals_given),
+                .uvs = list_of(r, node, "uvs", source->uvs)};
     const size_t errors = r->report->error_count;
     const bool whole = measure_arrays(r, &a);
     r->triangles += a.triangles; /* too many are reported once, for all objects */
@@ -189,7 +199,8 @@ shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_sour
         whole && r->report->error_count == errors && r->triangles <= r->limits->triangles;
     shd_mesh *mesh = wanted ? shd_take(r, 1, sizeof *mesh) : NULL;
     uint32_t *indices = wanted ? shd_take(r, a.triangles, 3 * sizeof *indices) : NULL;
-    const double *positions = read_numbers(r, &a.positions, "positions", wanted), *normals = NULL;
+    const double *positions = read_numbers(r, &a.positions, "positions", wanted), *normals = NULL,
+                 *uvs = NULL;
     if (a.indices.node.value)
         read_indices(r, &a.indices, a.vertices, indices);
     else if (indices)
@@ -198,12 +209,14 @@ shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_sour
         normals = read_numbers(r, &a.normals, "normals", wanted);
         check_normals(r, &a.normals);
     }
+    if (a.uvs.node.value) uvs = read_numbers(r, &a.uvs, "uvs", wanted);
     if (!mesh || r->report->error_count > errors) return NULL;
     *mesh = (shd_mesh){.vertex_count = a.vertices,
                        .triangle_count = a.triangles,
                        .positions = positions,
                        .normals = normals,
-                       .indices = indices};
+                       .indices = indices,
+                       .uvs = uvs};
     measure_box(r, mesh);
     if (normals) mesh->inverted = count_inverted(r, mesh);
     warn_of_inverted_normals(r, &a.normals.node, mesh);
@@ -246,8 +259,9 @@ const shd_mesh *shd_read_mesh(shd_reader *r, const shd_node *node, const shd_mes
                               shd_mesh **own) {
     const shd_node data = {node, "data", 0, source->data};
     *own = NULL;
-    if (source->data && (source->positions || source->indices || source->normals))
-        shd_wrong(r, &data, "give either `data` or `positions`, `indices` and `normals`, not both");
+    if (source->data && (source->positions || source->indices || source->normals || source->uvs))
+        shd_wrong(r, &data,
+                  "give either `data` or `positions`, `indices`, `normals` and `uvs`, not both");
     else if (source->data)
         return find_mesh(r, &data);
     return source->data ? NULL : (*own = shd_make_mesh(r, node, source));

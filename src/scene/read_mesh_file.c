@@ -30,15 +30,17 @@ static uint32_t word_at(const plain *p, size_t offset) {
 
 /* Counts are 32 bits: nothing overflows. */
 static bool check_length(const plain *p, size_t length) {
-    const uint64_t floats = p->vertices * (p->flags & WITH_NORMALS ? 6 : 3),
+    const bool normals = p->flags & WITH_NORMALS, uvs = p->flags & WITH_UVS;
+    const uint64_t floats = p->vertices * (3 + (normals ? 3 : 0) + (uvs ? 2 : 0)),
                    needed = HEAD + 4 * (floats + p->indices);
     if (length == needed) return true;
-    shd_report_error(p->report, SHD_SCENE, "",
-                     "%llu vertices%s and %llu indices are %llu bytes with their head: there are "
-                     "%zu",
-                     (unsigned long long)p->vertices,
-                     p->flags & WITH_NORMALS ? " with normals" : "", (unsigned long long)p->indices,
-                     (unsigned long long)needed, length);
+    shd_report_error(
+        p->report, SHD_SCENE, "",
+        "%llu vertices%s%s%s and %llu indices are %llu bytes with their head: there are "
+        "%zu",
+        (unsigned long long)p->vertices, normals || uvs ? " with " : "", normals ? "normals" : "",
+        uvs ? normals ? " and uvs" : "uvs" : "", (unsigned long long)p->indices,
+        (unsigned long long)needed, length);
     return false;
 }
 
@@ -53,13 +55,9 @@ static bool read_head(plain *p, size_t length) {
     p->vertices = word_at(p, 0);
     p->indices = word_at(p, 4);
     p->flags = word_at(p, 8);
-    if (p->flags & WITH_UVS)
-        shd_report_error(p->report, SHD_SCENE, "/uvs",
-                         "byte 8: flag 2 tells of texture coordinates, which meshes do not have "
-                         "here");
-    else if (p->flags & ~(uint32_t)WITH_NORMALS)
+    if (p->flags & ~(uint32_t)(WITH_NORMALS | WITH_UVS))
         shd_report_error(p->report, SHD_SCENE, "",
-                         "byte 8: the flags are %lu: there is 1, for normals",
+                         "byte 8: the flags are %lu: there are 1, for normals, and 2, for uvs",
                          (unsigned long)p->flags);
     else
         return check_length(p, length);
@@ -101,7 +99,7 @@ static bool read_array(plain *p, const char *key, size_t count, bool floats) {
 /* The tree that the reader of JSON would have made of it. */
 static bool read_plain(const void *data, size_t length, shd_arena *arena, shd_json *out,
                        shd_report *report) {
-    shd_json json = {.packs = {.arrays = shd_arena_alloc(arena, 3, sizeof(shd_numbers))}};
+    shd_json json = {.packs = {.arrays = shd_arena_alloc(arena, 4, sizeof(shd_numbers))}};
     plain p = {.bytes = data, .at = HEAD, .arena = arena, .report = report, .json = &json};
     if (!read_head(&p, length)) return false;
     shd_json_memory_watch();
@@ -109,6 +107,7 @@ static bool read_plain(const void *data, size_t length, shd_arena *arena, shd_js
     const bool made =
         json.tree && json.packs.arrays && read_array(&p, "positions", 3 * p.vertices, true) &&
         (!(p.flags & WITH_NORMALS) || read_array(&p, "normals", 3 * p.vertices, true)) &&
+        (!(p.flags & WITH_UVS) || read_array(&p, "uvs", 2 * p.vertices, true)) &&
         (!p.indices || read_array(&p, "indices", p.indices, false));
     assert(!made || p.at == length); /* as check_length has found */
     if (!made) shd_report_error(report, SHD_MEMORY, "", "there is not enough memory for the mesh");
@@ -124,6 +123,7 @@ static const shd_mesh *read_members(shd_reader *r, json_t *tree) {
         {"positions", shd_keep_value, .offset = offsetof(shd_mesh_source, positions)},
         {"indices", shd_keep_value, .offset = offsetof(shd_mesh_source, indices)},
         {"normals", shd_keep_value, .offset = offsetof(shd_mesh_source, normals)},
+        {"uvs", shd_keep_value, .offset = offsetof(shd_mesh_source, uvs)},
     };
     const shd_node root = {.value = tree};
     shd_mesh_source source = {.positions = NULL};

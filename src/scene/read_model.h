@@ -16,3 +16,8 @@ void shd_read_facet_lobe(shd_reader *r, const shd_node *node, shd_lobe *out);
 /* What a lobe of 1 sends on of light from straight above, beside a diffuse term of 1. Of
  * Cook-Torrance it is no more than that, since facets also shadow each other. */
 double shd_lobe_albedo(const shd_material *material, const shd_lobe *lobe);
+
+/* Warns of what looks like a mistake; materials are never changed silently. Materials that are
+ * alike by their values, however they are written, are warned of once. A NAN is an error
+ * already. */
+void shd_warn_of_material(shd_reader *r, const shd_node *node, const shd_material *m);

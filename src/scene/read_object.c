@@ -52,6 +52,7 @@ static const shd_field object_fields[] = {
     {"positions", shd_keep_value, AT(mesh.positions), .kinds = MESH},
     {"indices", shd_keep_value, AT(mesh.indices), .kinds = MESH},
     {"normals", shd_keep_value, AT(mesh.normals), .kinds = MESH},
+    {"uvs", shd_keep_value, AT(mesh.uvs), .kinds = MESH},
     {"data", shd_keep_value, AT(mesh.data), .kinds = MESH},
     {"mesh", shd_keep_value, AT(shared), .kinds = MESH},
     {"transform", shd_read_transform, .offset = AT(object.transform)},
@@ -87,11 +88,13 @@ static raw_object default_object(const shd_reader *r, shd_shape shape) {
 static const shd_mesh *read_mesh(shd_reader *r, const shd_node *node, const raw_object *raw) {
     const shd_mesh_source *source = &raw->mesh;
     const shd_node shared = {node, "mesh", 0, raw->shared};
-    const bool alone = source->positions || source->indices || source->normals || source->data;
+    const bool alone =
+        source->positions || source->indices || source->normals || source->uvs || source->data;
     shd_mesh *own;
     if (raw->shared && alone)
         shd_wrong(r, &shared,
-                  "give either `mesh` or `data` or `positions`, `indices` and `normals`, not both");
+                  "give either `mesh` or `data` or `positions`, `indices`, `normals` and `uvs`, "
+                  "not both");
     if (raw->shared) return shd_use_mesh(r, &shared, node->index);
     /* Only a mesh has arrays, whatever `type` says. */
     if (!source->positions && !source->data && raw->object.shape == SHD_MESH)
@@ -144,6 +147,7 @@ static void read_object(shd_reader *r, const shd_node *node, shd_object *out) {
         shd_wrong(r, node,
                   "the object's size and transform together have no inverse: their numbers are "
                   "too far apart");
+    if (!(r->wrong & SHD_SOME_FIELD)) shd_check_textured(r, node, object);
     *out = *object;
 }
 

@@ -17,6 +17,7 @@ static void read_shared_mesh(shd_reader *r, const shd_node *node, shd_shared_mes
         {"positions", shd_keep_value, .offset = offsetof(shd_mesh_source, positions)},
         {"indices", shd_keep_value, .offset = offsetof(shd_mesh_source, indices)},
         {"normals", shd_keep_value, .offset = offsetof(shd_mesh_source, normals)},
+        {"uvs", shd_keep_value, .offset = offsetof(shd_mesh_source, uvs)},
         {"data", shd_keep_value, .offset = offsetof(shd_mesh_source, data)},
     };
     shd_mesh_source source = {.positions = NULL};

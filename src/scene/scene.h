@@ -18,6 +18,7 @@
 #include "base/scope.h"
 #include "base/spectrum.h"
 #include "base/vec3.h"
+#include "scene/texture.h"
 
 typedef enum shd_projection { SHD_PERSPECTIVE, SHD_ORTHOGRAPHIC } shd_projection;
 
@@ -152,7 +153,19 @@ typedef struct shd_material {
     /* What these colors are the RGB of; NULL: they are RGB. */
     const shd_curve *emissive_curve, *ambient_curve, *diffuse_curve;
     const shd_curve *const *lobe_curves; /* [lobe_count]: the same of lobes; NULL: all are RGB */
+    /* Coefficients that are patterns. The colors above are then, channel by channel, those of both
+     * that are farther from 0. NULL: they are colors. */
+    const shd_texture *emissive_texture, *ambient_texture, *diffuse_texture;
+    const shd_texture *const *lobe_textures; /* [lobe_count]; NULL: no lobe has one */
 } shd_material;
+
+/* Whether any of a material's coefficients is a pattern. */
+static inline bool shd_is_textured(const shd_material *m) {
+    return m->emissive_texture || m->ambient_texture || m->diffuse_texture || m->lobe_textures;
+}
+
+/* Whether they have the same patterns in the same colors. */
+bool shd_same_textures(const shd_material *a, const shd_material *b);
 
 typedef enum shd_shape {
     SHD_SPHERE,   /* radius */
@@ -185,6 +198,7 @@ typedef struct shd_mesh {
     /* [vertex_count][3], none of them zero; NULL: each triangle has its own */
     const double *normals;
     const uint32_t *indices;   /* [triangle_count][3], each < vertex_count */
+    const double *uvs;         /* [vertex_count][2]; NULL: it has no chart */
     shd_vec3 low, high;        /* the box around its vertices */
     size_t inverted;           /* triangles whose normals point to their back */
     const shd_mesh_kept *kept; /* NULL: the mesh is of this scene alone */
@@ -350,8 +364,8 @@ shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *ca
 /* Reads a mesh alone: {"positions": [...], "indices": [...], "normals": [...]} as an object has
  * them. If it is binary, the same as numbers of 4 bytes, the lowest byte first: the number of
  * vertices, the number of indices (0: every three vertices are a triangle), flags (1: it has
- * normals; 2: it has texture coordinates, which are refused), then 3 floats a vertex for positions,
- * as many for normals, then the indices. Errors point into the arrays in either form. `cancelled`
+ * normals; 2: it has uvs), then 3 floats a vertex for positions, as many for normals, 2 for uvs,
+ * then the indices. Errors point into the arrays in either form. `cancelled`
  * as above. */
 shd_status shd_mesh_read(const void *data, size_t length, bool binary, const shd_limits *limits,
                          const atomic_bool *cancelled, shd_arena *arena, const shd_mesh **out,

@@ -30,7 +30,8 @@ void shd_hits_lay_out(const shd_plan *plan, size_t capacity, shd_scratch *memory
     const bool world = fast && wants[SHD_LAYER_POSITION];
     const bool data = wants[SHD_LAYER_NORMAL] || wants[SHD_LAYER_POSITION] ||
                       wants[SHD_LAYER_DEPTH] || wants[SHD_LAYER_OBJECT];
-    bool faceted = shd_is_traced(plan->scene); /* which asks for meshes' triangles, too */
+    /* These ask for meshes' triangles, too. */
+    bool faceted = shd_is_traced(plan->scene) || plan->charted;
     for (size_t i = 0; i < plan->scene->object_count; i++)
         faceted = faceted || plan->scene->objects[i].interpolation != SHD_PHONG;
     *out = (shd_hits){.capacity = (capacity + GROUP - 1) / GROUP * GROUP};

@@ -35,8 +35,8 @@ typedef struct shd_hits {
     /* For outputs with layers of data; else NULL. */
     double *depth;     /* the distance along the camera's axis */
     float *world32[3]; /* the position in the world's frame, if there is no `position` */
-    /* For faceted objects (flat, gouraud) and traced scenes, and set for hits of triangles; else
-     * NULL. */
+    /* For faceted objects (flat, gouraud), traced scenes and patterns on meshes, and set for hits
+     * of triangles; else NULL. */
     uint32_t *triangle;
     double *u, *v; /* the barycentric weights of its second and third corner */
 } shd_hits;

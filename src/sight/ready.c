@@ -46,6 +46,7 @@ size_t shd_ready_mesh_copy(const shd_ready_mesh *ready, void *block) {
     const size_t normals = mesh.normals ? mesh.vertex_count : 0;
     mesh.positions = put_in_pile(&p, mesh.positions, mesh.vertex_count, 3 * sizeof *mesh.positions);
     mesh.normals = put_in_pile(&p, mesh.normals, normals, 3 * sizeof *mesh.normals);
+    mesh.uvs = put_in_pile(&p, mesh.uvs, mesh.uvs ? mesh.vertex_count : 0, 2 * sizeof *mesh.uvs);
     mesh.indices = put_in_pile(&p, mesh.indices, mesh.triangle_count, 3 * sizeof *mesh.indices);
     kept.units = put_in_pile(&p, kept.units, normals, 3 * sizeof *kept.units);
     tree.branches = put_in_pile(&p, tree.branches, tree.branch_count, sizeof *tree.branches);

@@ -81,6 +81,7 @@ class Features(unittest.TestCase):
             "meshes": self.put_mesh,
             "opacity": lambda: render(with_material(opacity=0.5)),
             "outputs": lambda: render({**SMALL, "outputs": [{"name": "a"}, {"name": "b"}]}),
+            "patterns": lambda: render(with_material(diffuse={"pattern": "checker", "colors": [0, 1]})),
             "preview": lambda: self.daemon.get("/v1/preview/brass?size=8"),
             "region": lambda: render({**SMALL, "image": {**SMALL["image"], "region": [0, 0, 4, 4]}}),
             "scenes": self.put_scene,

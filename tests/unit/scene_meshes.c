@@ -156,11 +156,37 @@ static void flags_are_known_ones(void **state) {
     (void)state;
     plain p = two_triangles(0);
     p.words[2] = 2;
-    assert_wrong(read_plain(&p, 4 * p.count), SHD_SCENE, "/uvs", "texture coordinates");
+    assert_wrong(read_plain(&p, 4 * p.count), SHD_SCENE, "", "4 vertices with uvs and 6 indices");
     p.words[2] = 3;
-    assert_wrong(read_plain(&p, 4 * p.count), SHD_SCENE, "/uvs", "texture coordinates");
+    assert_wrong(read_plain(&p, 4 * p.count), SHD_SCENE, "", "with normals and uvs and");
+    p.words[2] = 4;
+    assert_wrong(read_plain(&p, 4 * p.count), SHD_SCENE, "", "the flags are 4");
     p.words[2] = 0x80000000;
     assert_wrong(read_plain(&p, 4 * p.count), SHD_SCENE, "", "flags are 2147483648");
+}
+
+static void uvs_come_between_normals_and_indices(void **state) {
+    (void)state;
+    static const float uvs[8] = {0, 0, 1, 0, 1, 1, 0, 1};
+    for (uint32_t normals = 0; normals < 2; normals++) {
+        plain p = two_triangles(normals);
+        const size_t at = p.count - 6;
+        uint32_t last[6];
+        memcpy(last, p.words + at, sizeof last);
+        p.count = at;
+        p.words[2] |= 2;
+        add_floats(&p, uvs, 8);
+        for (int i = 0; i < 6; i++) add_word(&p, last[i]);
+        mesh_reading r = read_plain(&p, 4 * p.count);
+        assert_int_equal(r.report.status, SHD_OK);
+        assert_non_null(r.mesh->uvs);
+        for (int i = 0; i < 8; i++) assert_true(r.mesh->uvs[i] == (double)uvs[i]);
+        assert_true((r.mesh->normals != NULL) == (normals != 0));
+        for (int i = 0; i < 6; i++) assert_int_equal(r.mesh->indices[i], last[i]);
+        shd_arena_drop(r.arena);
+        p.words[at + 3] = 0x7fc00000;
+        assert_wrong(read_plain(&p, 4 * p.count), SHD_SCENE, "/uvs/3", "not finite");
+    }
 }
 
 static void numbers_are_pointed_to(void **state) {
@@ -213,8 +239,12 @@ static void meshes_in_json_are_told_what_is_wrong(void **state) {
     assert_wrong(read_text("[1, 2]"), SHD_SCENE, "", "expected an object");
     assert_wrong(read_text("{}"), SHD_SCENE, "", "\"positions\" is missing");
     assert_wrong(read_text("{'indices': [0, 1, 2]}"), SHD_SCENE, "", "\"positions\" is missing");
-    assert_wrong(read_text("{'positions': [0,0,0, 1,0,0, 0,1,0], 'uvs': [0,0, 1,0, 0,1]}"),
-                 SHD_SCENE, "/uvs", "unknown member");
+    assert_wrong(read_text("{'positions': [0,0,0, 1,0,0, 0,1,0], 'uvs': [0,0, 1,0, 0]}"), SHD_SCENE,
+                 "/uvs", "in twos, got 5");
+    assert_wrong(read_text("{'positions': [0,0,0, 1,0,0, 0,1,0], 'uvs': [0,0, 1,0]}"), SHD_SCENE,
+                 "/uvs", "two uvs a vertex, 6 numbers, got 4");
+    assert_wrong(read_text("{'positions': [0,0,0, 1,0,0, 0,1,0], 'uvs': [0,0, 1,0, 0,null]}"),
+                 SHD_SCENE, "/uvs/5", "a number");
     assert_wrong(read_text("{'positions': [0,0,0, 1,0,0, 0,1,0], 'indices': [0,1,3]}"), SHD_SCENE,
                  "/indices/2", "got 3");
 }
@@ -479,6 +509,7 @@ int main(void) {
         cmocka_unit_test(a_body_is_as_long_as_its_counts_say),
         cmocka_unit_test(counts_may_promise_anything),
         cmocka_unit_test(flags_are_known_ones),
+        cmocka_unit_test(uvs_come_between_normals_and_indices),
         cmocka_unit_test(numbers_are_pointed_to),
         cmocka_unit_test(meshes_have_limits),
         cmocka_unit_test(meshes_in_json_are_told_what_is_wrong),

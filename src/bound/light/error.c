@@ -24,6 +24,9 @@ double shd_color_error(const shd_plan *plan, shd_tier tier) {
             roundings++;
             break;
         }
+    /* Of each pattern: its weight, what that multiplies, their mean and color and what these add
+     * to, of a color that may go down as far as the other one is up. */
+    if (plan->textured) roundings += 10 * (double)(plan->max_terms - plan->max_lobes);
     const int samples = scene->raster.samples;
     if (samples > 1) {
         const double groups = (double)plan->group_count,

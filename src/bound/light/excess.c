@@ -8,6 +8,7 @@
 #include "bound/light/error.h"
 #include "bound/light/misplaced.h"
 #include "bound/light/terms.h"
+#include "plan/textures.h"
 
 enum {
     MOST_PAIRS = 1 << 20, /* of objects and lights; then only spheres around objects count */
@@ -411,6 +412,9 @@ static bool add_objects(finding *f, shd_arena *arena) {
         if (!find_object(f, i, same_group, pairs <= MOST_PAIRS, arena)) return false;
         add_parts(&all, &f->terms.parts);
         negative |= f->terms.negative;
+        const shd_plan_textures *textures = plan->materials[object->material].textures;
+        /* Where colors may cancel each other, the larger ones are not the most. */
+        if (textures && textures->negative) f->list->worst = INFINITY;
         const size_t count =
             shd_plan_pieces(scene, i, object, f->fineness, plan->cancelled, f->pieces);
         for (size_t p = 0; p < count; p++) {
@@ -448,6 +452,7 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
     }
     out->count = 0;
     out->grey = plan->grey;
+    out->textured = plan->textured;
     for (size_t j = 0; j < plan->scene->light_count; j++) /* those that are left out, too */
         out->grey = out->grey && shd_is_grey(plan->scene->lights[j].color);
     /* A facet mixes colors of one piece alone, which are in its range. */

@@ -63,6 +63,7 @@ typedef struct shd_excess_list {
     /* No color or coefficient is below 0. Else `ratio`, `main`, `base` and `floor` mean nothing. */
     bool nonnegative;
     bool grey;       /* channels are equal */
+    bool textured;   /* patterns make colors darker than these; what that shows is not known */
     bool mixed;      /* a pixel may be a mean of samples, of any pieces and the background */
     double color;    /* the relative error of every color, by rounding and by what is left out */
     double rounding; /* the part of it by rounding */

@@ -106,7 +106,7 @@ static double spread_of(const channel *c, shd_transfer curve, bool mixed, double
 }
 
 double shd_bound_code(const shd_excess_list *list, const shd_shown *shown) {
-    if (!shown->coded) return INFINITY;
+    if (!shown->coded || list->textured) return INFINITY;
     const double codes = 255 * (list->mixed ? SHD_MIXTURE : 1);
     double worst = 0;
     for (size_t i = 0; i < list->count; i++)

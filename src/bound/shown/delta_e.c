@@ -417,7 +417,7 @@ static double range_bound(const colors *s, shd_interval y, double bound, double 
 }
 
 double shd_bound_delta_e(const shd_excess_list *list, const shd_shown *shown, double enough) {
-    if (!shown->seen) return INFINITY;
+    if (!shown->seen || list->textured) return INFINITY;
     const double mixture = list->mixed ? SHD_MIXTURE : 1;
     const setting on = setting_of(list, shown, enough / mixture);
     if (!isfinite(on.error)) return INFINITY;

@@ -32,8 +32,8 @@ bool shd_pixel_bound_make(const shd_plan *plan, shd_arena *arena, shd_pixel_boun
     for (int c = 0; c < 3; c++)
         out->background = fmax(out->background, rounding * fabs(plan->scene->background[c]));
     out->background = fmin(out->background, out->most);
-    /* Shadows take light away, so that an excess has no base there. */
-    if (plan->extended || !isfinite(out->most)) return true;
+    /* Shadows and patterns take light away, so that an excess has no base there. */
+    if (plan->extended || plan->textured || !isfinite(out->most)) return true;
     shd_excess_list *list = shd_arena_alloc(arena, 1, sizeof *list);
     if (!list || !shd_excess_find(plan, plan->tier, arena, list, NULL)) return false;
     if (!list->nonnegative) return true;

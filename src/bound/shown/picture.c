@@ -101,7 +101,7 @@ bool shd_picture_errors_new(const shd_plan *plan, const shd_excess_list *list,
                             const shd_picture_errors **out) {
     *out = NULL;
     const double error = shd_bound_linear(list);
-    if (!list->nonnegative || !shown->seen || !isfinite(error)) return true;
+    if (!list->nonnegative || !shown->seen || !isfinite(error) || list->textured) return true;
     shd_picture_errors *e = shd_arena_zalloc(arena, 1, sizeof *e);
     if (!e) return false;
     e->error = error;

@@ -1,10 +1,12 @@
 /* The materials of a scene as functions of two directions: figures, verdicts, and their plot. */
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/json_memory.h"
 #include "image/image.h"
+#include "plan/textures.h"
 #include "render/planning.h"
 #include "render/request.h"
 #include "render/tell/figures.h"
@@ -32,6 +34,14 @@ typedef struct finding {
     shd_reflectance *list;
 } finding;
 
+/* Whether what it reflects of light depends on the place. */
+static bool has_pattern(const shd_plan_material *material) {
+    bool any = false;
+    for (size_t e = 0; e < shd_material_slots(material); e++)
+        any = any || material->textures->slots[e].of == SHD_SLOT_TERM;
+    return any;
+}
+
 static shd_status find_all(shd_rendering *r, const shd_scene *scene, size_t most, finding *out,
                            shd_error *error) {
     shd_scene *whole = shd_arena_alloc(r->arena, 1, sizeof *whole);
@@ -49,6 +59,12 @@ static shd_status find_all(shd_rendering *r, const shd_scene *scene, size_t most
         const size_t material = plan->objects[i].material;
         if (done[material]) continue;
         done[material] = true;
+        if (has_pattern(&plan->materials[material])) {
+            char path[48];
+            snprintf(path, sizeof path, "/objects/%zu/material", i);
+            return shd_fail(error, SHD_SCENE, path,
+                            "a pattern is many reflectances: give one of its colors instead");
+        }
         if (!shd_reflectance_find(plan, i, &out->list[out->count++]))
             return shd_rendering_cancelled(error);
     }

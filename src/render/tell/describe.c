@@ -39,7 +39,7 @@ typedef struct member {
 
 static const struct {
     const char *description;
-    member members[4]; /* the first one without a name ends the list */
+    member members[5]; /* the first one without a name ends the list */
 } shapes[SHD_SHAPE_COUNT + SHD_BUILTIN_COUNT] = {
     [SHD_SPHERE] = {"A sphere around the origin",
                     {{"radius", "number", "1", "Its radius, greater than 0"}}},
@@ -63,7 +63,8 @@ static const struct {
           {"indices", "array", "",
            "Three vertices a triangle, counted from 0; where absent, every three vertices are one"},
           {"normals", "array", "null",
-           "x, y, z of every vertex's normal; null: each triangle has its own"}}},
+           "x, y, z of every vertex's normal; null: each triangle has its own"},
+          {"uvs", "array", "", "u, v of every vertex, for patterns"}}},
     [SHD_SHAPE_COUNT + SHD_TEAPOT] =
         {"Newell's teapot, closed: its body has radius 1 around the y axis, its spout is at +x",
          {{0}}},

@@ -6,6 +6,7 @@
 #include "base/json_memory.h"
 #include "bound/light/brightest.h"
 #include "bound/light/extended.h"
+#include "plan/textures.h"
 #include "render/planning.h"
 #include "render/request.h"
 #include "render/show/output.h"
@@ -113,6 +114,26 @@ static json_t *tell_noise(const shd_plan *plan, size_t material) {
     return json_pack("{sf sf}", "rms", noise.rms, "max", noise.max);
 }
 
+/* NULL: the material has no patterns. */
+static json_t *tell_patterns(const shd_plan_material *material) {
+    const shd_plan_textures *textures = material->textures;
+    if (!textures) return NULL;
+    json_t *list = json_array();
+    for (size_t e = 0; e < textures->slot_count; e++) {
+        const shd_plan_slot *slot = &textures->slots[e];
+        const char *of = slot->of == SHD_SLOT_EMISSIVE  ? "emissive"
+                         : slot->of == SHD_SLOT_AMBIENT ? "ambient"
+                         : slot->term                   ? "specular"
+                                                        : "diffuse";
+        json_t *told = json_pack("{ss ss}", "coefficient", of, "pattern",
+                                 shd_pattern_names[textures->patterns[slot->pattern].kind]);
+        if (slot->of == SHD_SLOT_TERM && slot->term)
+            json_object_set_new(told, "lobe", json_integer((json_int_t)slot->term - 1));
+        json_array_append_new(list, told);
+    }
+    return list;
+}
+
 static json_t *tell_materials(const shd_plan *plan) {
     const shd_scene *scene = plan->scene;
     json_t *list = json_array();
@@ -126,12 +147,13 @@ static json_t *tell_materials(const shd_plan *plan) {
         if (material->lobe_count) json_array_append_new(terms, json_string("specular"));
         for (size_t k = 0; k < material->lobe_count; k++)
             json_array_append_new(shininess, json_real(material->lobes[k].shininess));
-        json_array_append_new(list, json_pack("{ss ss so so sI so*}", "material",
+        json_array_append_new(list, json_pack("{ss ss so so sI so* so*}", "material",
                                               scene->materials[group->material].name, "model",
                                               shd_model_names[material->model], "terms", terms,
                                               "shininess", shininess, "lights",
                                               (json_int_t)group->light_count, "noise",
-                                              tell_noise(plan, group->material)));
+                                              tell_noise(plan, group->material), "patterns",
+                                              tell_patterns(material)));
     }
     return json_pack("{sI so}", "given", (json_int_t)scene->material_count, "groups", list);
 }

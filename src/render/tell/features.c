@@ -9,10 +9,11 @@
 
 /* What every build of this version has. Of each: tests/e2e/features_test.py asks for it. */
 static const char *const always[] = {
-    "analyze", "assets",     "batch",   "bound-layer", "brdf",      "budget", "codec-budget",
-    "compare", "css-colors", "diff",    "explain",     "fit",       "layers", "links",
-    "meshes",  "opacity",    "outputs", "preview",     "region",    "scenes", "shared-meshes",
-    "sheet",   "spectral",   "sweep",   "trace",       "turntable",
+    "analyze",      "assets",  "batch",      "bound-layer",   "brdf",    "budget",
+    "codec-budget", "compare", "css-colors", "diff",          "explain", "fit",
+    "layers",       "links",   "meshes",     "opacity",       "outputs", "patterns",
+    "preview",      "region",  "scenes",     "shared-meshes", "sheet",   "spectral",
+    "sweep",        "trace",   "turntable",
 };
 
 static void tell_group(json_t *list, const char *group, const char *const *names) {

@@ -82,7 +82,7 @@ static void mix_plane(const facet_job *l, const facet_scratch *s, size_t plane, 
     const shd_plan *plan = l->scenery->plan;
     float constant[3], mixed[3][BLOCK], *const to[3] = {mixed[0], mixed[1], mixed[2]};
     if (plan->tier == SHD_EXACT) {
-        shd_mix_exact(plan, l->material, plane, s->exact, count, to);
+        shd_mix_exact(plan, l->material, plane, s->exact, NULL, count, to);
     } else {
         const size_t terms =
             shd_plane_terms(plan, l->material, plane, constant, s->terms, s->term_of);
@@ -121,7 +121,7 @@ static void light_block(void *context, size_t index, unsigned slot) {
 
 /* False: the arena is full. */
 static bool make_scratch(const shd_plan *plan, shd_arena *arena, unsigned slots, facet_job *l) {
-    const size_t terms = 1 + plan->max_lobes;
+    const size_t terms = plan->max_terms;
     uint32_t *every = shd_arena_alloc(arena, plan->light_count, sizeof *every);
     l->scratch = shd_arena_zalloc(arena, slots, sizeof *l->scratch);
     if (!every || !l->scratch) return false;

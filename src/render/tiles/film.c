@@ -56,7 +56,7 @@ uint64_t shd_saturate(float *values, size_t count, float least, float largest) {
 
 /* NULL if it is only counted, or the arena is full. `looks`: tiles are cast and lit. */
 static film_scratch *lay_out_scratch(const shd_plan *plan, bool looks, shd_scratch *memory) {
-    const size_t terms = 1 + plan->max_lobes;
+    const size_t terms = plan->max_terms;
     film_scratch counted, *made = shd_scratch_take(memory, 1, sizeof *made),
                           *s = made ? made : &counted;
     *s = (film_scratch){.tile = looks ? shd_tile_scratch_lay_out(plan, memory) : NULL};

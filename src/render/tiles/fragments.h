@@ -5,6 +5,7 @@
 #pragma once
 
 #include "plan/plan.h"
+#include "plan/textures.h"
 #include "render/tiles/paint.h"
 
 enum {
@@ -27,15 +28,18 @@ typedef struct shd_fragments {
     size_t run_count;
 } shd_fragments;
 
-/* The index of an array of a plane's sums. Term 0 is diffuse, 1 + k is lobe k. Planes that are
+/* The index of an array of a plane's sums. Term 0 is diffuse, 1 + k is lobe k, and then come the
+ * slots of patterns (plan/textures.h). Planes that are
  * terms of the equation share the sums of plane 0. SHD_RADIANCE runs have term 0 only. */
 static inline size_t shd_sum_of(const shd_plan *plan, size_t plane, size_t term, int channel) {
-    return (plane * (1 + plan->max_lobes) + term) * 3 + (size_t)channel;
+    return (plane * plan->max_terms + term) * 3 + (size_t)channel;
 }
 
 /* The terms that a run has sums of. */
 static inline size_t shd_terms_of(const shd_plan *plan, int32_t group) {
-    return group == SHD_RADIANCE ? 1 : 1 + plan->materials[plan->groups[group].material].lobe_count;
+    if (group == SHD_RADIANCE) return 1;
+    const shd_plan_material *material = &plan->materials[plan->groups[group].material];
+    return 1 + material->lobe_count + shd_material_slots(material);
 }
 
 /* Three, or one if the lights are grey and the run's sums are of light. */

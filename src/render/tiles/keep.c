@@ -56,6 +56,8 @@ static void put_mesh(hash *h, const shd_mesh *mesh, size_t object, const atomic_
     const size_t vectors = 3 * mesh->vertex_count * sizeof(double);
     put_array(h, mesh->positions, vectors, cancelled);
     if (mesh->normals) put_array(h, mesh->normals, vectors, cancelled);
+    put_count(h, mesh->uvs != NULL);
+    if (mesh->uvs) put_array(h, mesh->uvs, 2 * mesh->vertex_count * sizeof *mesh->uvs, cancelled);
     put_array(h, mesh->indices, 3 * mesh->triangle_count * sizeof *mesh->indices, cancelled);
 }
 
@@ -84,6 +86,7 @@ static void put_geometry(hash *h, const shd_plan *plan) {
                            raster->w,     raster->h,      raster->samples};
     put_bytes(h, numbers, sizeof numbers);
     put_count(h, plan->split_positions);
+    if (plan->charted) put_count(h, UINT64_MAX); /* hits tell of triangles */
     put_count(h, scene->object_count);
     for (size_t o = 0; o < scene->object_count; o++)
         put_object(h, &scene->objects[o], o, &plan->materials[scene->objects[o].material],
@@ -105,6 +108,20 @@ static void put_light(hash *h, const shd_plan_light *light) {
     put_numbers(h, numbers, sizeof numbers / sizeof numbers[0]);
 }
 
+/* Where patterns are and what they multiply, but no color. */
+static void put_textures(hash *h, const shd_plan_textures *textures) {
+    put_count(h, UINT64_MAX);
+    put_count(h, textures->slot_count);
+    for (size_t e = 0; e < textures->slot_count; e++) {
+        const shd_plan_slot *slot = &textures->slots[e];
+        const shd_pattern *p = &textures->patterns[slot->pattern];
+        const uint64_t counts[] = {slot->of, slot->term, p->kind, p->wrap, (uint64_t)p->octaves};
+        put_bytes(h, counts, sizeof counts);
+        put_numbers(h, &p->map[0][0], 6);
+        put_numbers(h, &p->width, 1);
+    }
+}
+
 static void put_lights(hash *h, const shd_plan *plan) {
     const uint64_t counts[] = {plan->tier, plan->grey_lights, plan->light_count, plan->group_count,
                                plan->scene->light_count /* lobes are cut by it */};
@@ -119,6 +136,7 @@ static void put_lights(hash *h, const shd_plan *plan) {
         put_count(h, material->lobe_count);
         for (size_t k = 0; k < material->lobe_count; k++)
             put_numbers(h, &material->lobes[k].shininess, 1);
+        if (material->textures) put_textures(h, material->textures);
         /* A material's sums leave out lights whose color it has nothing of. */
         put_count(h, group->light_count);
         put_bytes(h, group->lights, group->light_count * sizeof *group->lights);
@@ -276,6 +294,11 @@ static shd_kept_cast *copy_cast(piece *p, const shd_plan *plan, const uint16_t *
         to->hits.normal32[c] = stream_array(p, hits->normal32[c], floats);
         to->hits.mirror32[c] = stream_array(p, hits->mirror32[c], floats);
         if (plan->split_positions) to->hits.low32[c] = stream_array(p, hits->low32[c], floats);
+    }
+    if (plan->charted) {
+        to->hits.triangle = copy_array(p, hits->triangle, count * sizeof *hits->triangle);
+        to->hits.u = copy_array(p, hits->u, count * sizeof *hits->u);
+        to->hits.v = copy_array(p, hits->v, count * sizeof *hits->v);
     }
     return made;
 }

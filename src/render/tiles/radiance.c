@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "plan/textures.h"
+
 static bool counts(const shd_lobe *lobe) {
     return lobe->specular[0] != 0 || lobe->specular[1] != 0 || lobe->specular[2] != 0;
 }
@@ -15,6 +17,11 @@ static void find_lobe(const shd_plan_material *material, size_t index, shd_terms
     if (index < from->lobe_count) p->end += counts(&from->lobes[index]);
 }
 
+/* What is left of a material where its patterns are 0. */
+static const shd_plan_material *low_of(const shd_plan_material *material) {
+    return material->textures ? material->textures->low : material;
+}
+
 shd_part shd_part_of(const shd_plan *plan, const shd_plan_material *material, size_t plane) {
     const shd_layer_kind kind = plan->planes[plane].kind;
     const bool beauty = kind == SHD_LAYER_BEAUTY, light = kind == SHD_LAYER_LIGHT;
@@ -23,25 +30,41 @@ shd_part shd_part_of(const shd_plan *plan, const shd_plan_material *material, si
     p.terms.diffuse = (beauty || light || kind == SHD_LAYER_DIFFUSE) && material->has_diffuse;
     if (beauty || light || kind == SHD_LAYER_SPECULAR) p.terms.end = material->lobe_count;
     if (kind == SHD_LAYER_LOBE) find_lobe(material, plan->planes[plane].light, &p.terms);
+    const shd_plan_material *low = low_of(material);
     for (int c = 0; c < 3; c++) {
-        if (p.emissive) p.constant[c] += material->emissive[c];
-        if (p.ambient) p.constant[c] += material->ambient[c];
+        if (p.emissive) p.constant[c] += low->emissive[c];
+        if (p.ambient) p.constant[c] += low->ambient[c];
     }
     return p;
+}
+
+/* Whether a part has a slot's term. */
+static bool has_slot(const shd_part *part, const shd_plan_slot *slot) {
+    if (slot->of == SHD_SLOT_EMISSIVE) return part->emissive;
+    if (slot->of == SHD_SLOT_AMBIENT) return part->ambient;
+    if (slot->term == 0) return part->terms.diffuse;
+    return slot->term - 1 >= part->terms.first && slot->term - 1 < part->terms.end;
 }
 
 size_t shd_plane_terms(const shd_plan *plan, const shd_plan_material *material, size_t plane,
                        float constant[3], shd_paint_term *terms, size_t *term_of) {
     const shd_part p = shd_part_of(plan, material, plane);
+    const shd_plan_material *low = low_of(material);
     size_t count = 0;
     for (int c = 0; c < 3; c++) constant[c] = (float)p.constant[c];
     if (p.terms.diffuse) {
-        for (int c = 0; c < 3; c++) terms[count].color[c] = (float)material->diffuse[c];
+        for (int c = 0; c < 3; c++) terms[count].color[c] = (float)low->diffuse[c];
         term_of[count++] = 0;
     }
     for (size_t k = p.terms.first; k < p.terms.end; k++) {
-        for (int c = 0; c < 3; c++) terms[count].color[c] = (float)material->lobes[k].specular[c];
+        for (int c = 0; c < 3; c++) terms[count].color[c] = (float)low->lobes[k].specular[c];
         term_of[count++] = 1 + k;
+    }
+    for (size_t e = 0; e < shd_material_slots(material); e++) {
+        const shd_plan_slot *slot = &material->textures->slots[e];
+        if (!has_slot(&p, slot)) continue;
+        for (int c = 0; c < 3; c++) terms[count].color[c] = (float)slot->rise[c];
+        term_of[count++] = 1 + material->lobe_count + e;
     }
     return count;
 }
@@ -52,16 +75,36 @@ static void add_exact(const double color[3], bool grey, double *const *sums, siz
         if (color[c] != 0) radiance[c] += color[c] * sums[grey ? 0 : c][i];
 }
 
+/* What patterns of a part add at point i. */
+static void add_slots(const shd_plan_material *material, const shd_part *p, bool grey,
+                      double *const *sums, const double *const *weights, size_t i,
+                      double radiance[3]) {
+    for (size_t e = 0; e < material->textures->slot_count; e++) {
+        const shd_plan_slot *slot = &material->textures->slots[e];
+        if (!has_slot(p, slot)) continue;
+        const double w = weights[slot->pattern][i];
+        double color[3];
+        for (int c = 0; c < 3; c++) color[c] = slot->rise[c] * w;
+        if (slot->of == SHD_SLOT_TERM)
+            add_exact(color, grey, sums + 3 * slot->term, i, radiance);
+        else
+            for (int c = 0; c < 3; c++) radiance[c] += color[c];
+    }
+}
+
 void shd_mix_exact(const shd_plan *plan, const shd_plan_material *material, size_t plane,
-                   double *const *sums, size_t count, float *const out[3]) {
+                   double *const *sums, const double *const *weights, size_t count,
+                   float *const out[3]) {
     const shd_part p = shd_part_of(plan, material, plane);
+    const shd_plan_material *low = low_of(material);
     const bool grey = plan->grey_lights;
     for (size_t i = 0; i < count; i++) {
         double radiance[3];
         memcpy(radiance, p.constant, sizeof radiance);
-        if (p.terms.diffuse) add_exact(material->diffuse, grey, sums, i, radiance);
+        if (p.terms.diffuse) add_exact(low->diffuse, grey, sums, i, radiance);
         for (size_t k = p.terms.first; k < p.terms.end; k++)
-            add_exact(material->lobes[k].specular, grey, sums + 3 * (1 + k), i, radiance);
+            add_exact(low->lobes[k].specular, grey, sums + 3 * (1 + k), i, radiance);
+        if (material->textures) add_slots(material, &p, grey, sums, weights, i, radiance);
         for (int c = 0; c < 3; c++) out[c][i] = (float)radiance[c];
     }
 }

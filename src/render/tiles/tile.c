@@ -7,6 +7,7 @@
 #include "render/tiles/film.h"
 #include "render/tiles/radiance.h"
 #include "render/tiles/shots.h"
+#include "render/tiles/textured.h"
 #include "render/tiles/traced.h"
 
 /* ---- Light on what was hit. ---- */
@@ -168,6 +169,8 @@ static void sum_lights(const shd_scenery *scenery, const lit_run *l, size_t plan
     shd_light_sums32(scenery->lighting, l->material, l->which, l->lights, &points,
                      l->material->has_diffuse ? s->outs : NULL, s->outs + 3, s->edges);
     light_edges(scenery, l, s);
+    if (l->material->textures)
+        shd_textured_sums(scenery, l->material, plane, l->first, l->count, s);
 }
 
 /* The same. The exact tier's sums do not leave f64: they become a run of radiance, plane by plane.
@@ -184,7 +187,8 @@ static void light_exactly(const shd_scenery *scenery, const lit_run *l, size_t p
         if (light ? p > plane : plan->planes[p].kind == SHD_LAYER_LIGHT) continue;
         float *out[3];
         for (int c = 0; c < 3; c++) out[c] = s->sums[shd_sum_of(plan, p, 0, c)] + l->first;
-        shd_mix_exact(plan, l->material, p, s->exact, l->count, out);
+        shd_mix_exact(plan, l->material, p, s->exact, (const double *const *)s->weights, l->count,
+                      out);
     }
 }
 
@@ -250,6 +254,8 @@ static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *
         const shd_plan_group *group = &plan->groups[run.group];
         lit_run l = {hits,          run.first,         run.count, &plan->materials[group->material],
                      group->lights, group->light_count};
+        if (l.material->textures)
+            shd_textured_weigh(scenery, l.material->textures, hits, l.first, l.count, s);
         cull_lights(scenery, &l, s);
         light_run(scenery, &l, 0, s);
         uint32_t light;

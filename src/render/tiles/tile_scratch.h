@@ -42,10 +42,11 @@ typedef struct shd_tile_scratch {
     shd_run *runs;
     size_t run_count, run_capacity;
     float **sums, **outs;
-    uint8_t *edges;  /* of a run's hits: those that are lit again (shd_light_sums32) */
-    shd_hits again;  /* some of them, in f64 */
-    double **exact;  /* of the exact tier: [term][channel] of a run */
-    uint32_t *which; /* lights that may reach a run */
+    uint8_t *edges;   /* of a run's hits: those that are lit again (shd_light_sums32) */
+    shd_hits again;   /* some of them, in f64 */
+    double **exact;   /* of the exact tier: [term][channel] of a run */
+    double **weights; /* [plan->max_patterns]: what a run's patterns are at its points */
+    uint32_t *which;  /* lights that may reach a run */
     /* Of hits through which a transparent background may be seen: how much of a sample each one
      * covers. NULL: there are none. */
     float *alpha;

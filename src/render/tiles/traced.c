@@ -68,7 +68,7 @@ static void light_point(const void *context, void *scratch, const shd_surface *a
     float mixed[3], *const to[3] = {&mixed[0], &mixed[1], &mixed[2]};
     shd_light_sums64(scenery->lighting, at->material, object->lights, object->light_count, &point,
                      at->material->has_diffuse ? s->exact : NULL, s->exact + 3);
-    shd_mix_exact(scenery->plan, at->material, 0, s->exact, 1, to);
+    shd_mix_exact(scenery->plan, at->material, 0, s->exact, NULL, 1, to);
     for (int c = 0; c < 3; c++) out[c] = (double)mixed[c];
 }
 

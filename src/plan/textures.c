@@ -1,0 +1,78 @@
+#include "plan/textures.h"
+
+#include <string.h>
+
+#include "plan/parts.h"
+
+typedef struct making {
+    shd_plan_slot *slots;
+    shd_pattern *patterns;
+    shd_plan_textures *out;
+} making;
+
+static bool is_negative(const double color[3]) {
+    return color[0] < 0 || color[1] < 0 || color[2] < 0;
+}
+
+/* Adds a slot unless it is black, and sets the low color: times `by`, or 1 if that is NULL. */
+static void add_slot(making *m, const shd_texture *texture, shd_slot_of of, size_t term,
+                     const double *by, double low[3]) {
+    shd_plan_slot *slot = &m->slots[m->out->slot_count];
+    shd_plan_textures *out = m->out;
+    double high[3];
+    size_t p = 0;
+    for (int c = 0; c < 3; c++) {
+        low[c] = texture->low[c] * (by ? by[c] : 1);
+        high[c] = texture->high[c] * (by ? by[c] : 1);
+    }
+    *slot = (shd_plan_slot){.of = of, .term = term};
+    for (int c = 0; c < 3; c++) slot->rise[c] = high[c] - low[c];
+    out->grey = out->grey && shd_is_grey(low) && shd_is_grey(high);
+    out->negative = out->negative || is_negative(low) || is_negative(high);
+    while (p < out->pattern_count && !shd_same_pattern(&m->patterns[p], &texture->pattern)) p++;
+    if (p == out->pattern_count) m->patterns[out->pattern_count++] = texture->pattern;
+    slot->pattern = p;
+    out->slot_count++;
+}
+
+/* Lobes that are black are not among the plan's. */
+static void add_lobes(making *m, const shd_material *from, const shd_plan_material *material,
+                      shd_plan_lobe *low) {
+    size_t at = 0;
+    for (size_t i = 0; i < from->lobe_count && at < material->lobe_count; i++) {
+        if (shd_is_black(from->lobes[i].specular)) continue;
+        const shd_texture *texture = from->lobe_textures ? from->lobe_textures[i] : NULL;
+        low[at] = material->lobes[at];
+        if (texture) add_slot(m, texture, SHD_SLOT_TERM, 1 + at, NULL, low[at].specular);
+        at++;
+    }
+}
+
+bool shd_plan_textures_make(const double ambient[3], shd_arena *arena,
+                            shd_plan_material *material) {
+    const shd_material *from = material->from;
+    if (!shd_is_textured(from)) return true;
+    const size_t most = 3 + material->lobe_count;
+    making m = {.slots = shd_arena_alloc(arena, most, sizeof *m.slots),
+                .patterns = shd_arena_alloc(arena, most, sizeof *m.patterns),
+                .out = shd_arena_zalloc(arena, 1, sizeof *m.out)};
+    shd_plan_material *low = shd_arena_alloc(arena, 1, sizeof *low);
+    shd_plan_lobe *lobes = shd_arena_alloc(arena, material->lobe_count, sizeof *lobes);
+    if (!m.slots || !m.patterns || !m.out || !low || !lobes) return false;
+    *low = *material;
+    m.out->grey = true;
+    if (from->emissive_texture && material->has_emissive)
+        add_slot(&m, from->emissive_texture, SHD_SLOT_EMISSIVE, 0, NULL, low->emissive);
+    if (from->ambient_texture && material->has_ambient)
+        add_slot(&m, from->ambient_texture, SHD_SLOT_AMBIENT, 0, ambient, low->ambient);
+    if (from->diffuse_texture && material->has_diffuse)
+        add_slot(&m, from->diffuse_texture, SHD_SLOT_TERM, 0, NULL, low->diffuse);
+    add_lobes(&m, from, material, lobes);
+    m.out->negative = m.out->negative || is_negative(low->emissive) || is_negative(low->ambient);
+    low->lobes = lobes;
+    m.out->low = low;
+    m.out->slots = m.slots;
+    m.out->patterns = m.patterns;
+    if (m.out->slot_count) material->textures = m.out;
+    return true;
+}

@@ -1,0 +1,106 @@
+#include "render/tiles/textured.h"
+
+#include "base/pattern.h"
+#include "shade/chart.h"
+#include "shade/split32.h"
+#include "shade/texture.h"
+
+/* ---- Points, as all tiers have them. ---- */
+
+/* A coordinate of the frame, to 48 bits. */
+static double rounded(double x) {
+    float high, low;
+    shd_split32(x, &high, &low);
+    return (double)high + (double)low;
+}
+
+static shd_charted_point point_of(const shd_plan *plan, const shd_hits *hits, size_t i) {
+    const double origin[3] = {plan->origin.x, plan->origin.y, plan->origin.z};
+    double position[3], normal[3];
+    for (int c = 0; c < 3; c++) {
+        if (hits->position[c]) {
+            position[c] = rounded((hits->position[c][i] - origin[c]) * plan->scale);
+            normal[c] = (double)(float)hits->normal[c][i];
+        } else {
+            position[c] = (double)hits->position32[c][i] + (double)hits->low32[c][i];
+            normal[c] = (double)hits->normal32[c][i];
+        }
+    }
+    const shd_vec3 frame = {position[0], position[1], position[2]};
+    shd_charted_point out = {.position = shd_madd(plan->origin, frame, 1 / plan->scale),
+                             .normal = {normal[0], normal[1], normal[2]}};
+    if (hits->triangle) {
+        out.triangle = hits->triangle[i];
+        out.b = hits->u[i];
+        out.c = hits->v[i];
+    }
+    return out;
+}
+
+/* ---- Rays. ---- */
+
+typedef struct image_plane {
+    const shd_camera *camera;
+    double side; /* of a pixel on the image plane, at distance 1 or of the view volume */
+    int samples;
+} image_plane;
+
+static image_plane image_plane_of(const shd_scene *scene) {
+    const shd_raster *raster = &scene->raster;
+    return (image_plane){&scene->camera, 2 * shd_half_height(&scene->camera) / raster->height,
+                         raster->samples};
+}
+
+static shd_seen_by see_point(const image_plane *plane, shd_vec3 position, int sample) {
+    const shd_camera *camera = plane->camera;
+    shd_seen_by ray = {.way = shd_scale(camera->back, -1),
+                       .perspective = camera->projection == SHD_PERSPECTIVE};
+    shd_sample_offset(sample, plane->samples, &ray.aside, &ray.below);
+    ray.aside = 0.5 - ray.aside;
+    ray.below = 0.5 - ray.below;
+    double side = plane->side;
+    if (ray.perspective) {
+        ray.way = shd_sub(position, camera->position);
+        side *= -shd_dot(ray.way, camera->back); /* the depth */
+    }
+    ray.right = shd_scale(camera->right, side);
+    ray.down = shd_scale(camera->up, -side);
+    return ray;
+}
+
+/* ---- Weights. ---- */
+
+void shd_textured_weigh(const shd_scenery *scenery, const shd_plan_textures *textures,
+                        const shd_hits *hits, size_t first, size_t count, shd_tile_scratch *s) {
+    const shd_plan *plan = scenery->plan;
+    const image_plane plane = image_plane_of(plan->scene);
+    shd_chart chart = {.object = NULL};
+    for (size_t i = 0; i < count; i++) {
+        const shd_object *object = &plan->scene->objects[hits->object[first + i]];
+        if (i % SHD_LANES == 0 && shd_is_cancelled(plan->cancelled)) return;
+        if (chart.object != object) chart = shd_chart_of(object);
+        const shd_charted_point point = point_of(plan, hits, first + i);
+        const shd_seen_by ray = see_point(&plane, point.position, s->sample[hits->shot[first + i]]);
+        const shd_footprint uv = shd_chart_footprint(&chart, &point, &ray);
+        for (size_t p = 0; p < textures->pattern_count; p++)
+            s->weights[p][i] = shd_pattern_mean(&textures->patterns[p], &uv);
+    }
+}
+
+void shd_textured_sums(const shd_scenery *scenery, const shd_plan_material *material, size_t plane,
+                       size_t first, size_t count, shd_tile_scratch *s) {
+    const shd_plan *plan = scenery->plan;
+    const int channels = plan->grey_lights ? 1 : 3;
+    for (size_t e = 0; e < material->textures->slot_count; e++) {
+        const shd_plan_slot *slot = &material->textures->slots[e];
+        const double *w = s->weights[slot->pattern];
+        for (int c = 0; c < channels; c++) {
+            float *out = s->sums[shd_sum_of(plan, plane, 1 + material->lobe_count + e, c)] + first;
+            const float *sum = s->sums[shd_sum_of(plan, plane, slot->term, c)] + first;
+            if (slot->of == SHD_SLOT_TERM)
+                for (size_t i = 0; i < count; i++) out[i] = (float)w[i] * sum[i];
+            else
+                for (size_t i = 0; i < count; i++) out[i] = (float)w[i];
+        }
+    }
+}

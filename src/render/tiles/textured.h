@@ -1,0 +1,16 @@
+/* What patterns are at the points of a tile, and the sums that they multiply (plan/textures.h).
+ *
+ * A sample sees the mean over its whole pixel, so that samples are for edges and light alone.
+ * Weights are found from the same numbers in every tier: they are equal to the bit. */
+#pragma once
+
+#include "plan/textures.h"
+#include "render/tiles/tile.h"
+
+/* Fills s->weights for the hits first .. first + count - 1. */
+void shd_textured_weigh(const shd_scenery *scenery, const shd_plan_textures *textures,
+                        const shd_hits *hits, size_t first, size_t count, shd_tile_scratch *s);
+
+/* Fills the sums of the material's slots in a plane from its terms, from place `first` on. */
+void shd_textured_sums(const shd_scenery *scenery, const shd_plan_material *material, size_t plane,
+                       size_t first, size_t count, shd_tile_scratch *s);

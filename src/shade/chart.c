@@ -1,0 +1,180 @@
+#include "shade/chart.h"
+
+static const double TURN = 2 * SHD_PI;
+
+/* Slopes of angles near a pole, where they have no limit. */
+static const double LEAST = 1e-9;
+
+shd_chart shd_chart_of(const shd_object *object) {
+    shd_chart out = {.object = object};
+    shd_object_frame(object, &out.to_world, &out.from_world);
+    return out;
+}
+
+/* (u, v), and their gradients in the frame in which the point is given. */
+typedef struct place {
+    double u, v;
+    shd_vec3 du, dv;
+} place;
+
+/* The angle around the y axis, from -z on, in turns. */
+static void go_around(shd_vec3 p, place *out) {
+    const double square = shd_larger(p.x * p.x + p.z * p.z, LEAST * LEAST);
+    out->u = 0.5 + atan2(p.x, p.z) / TURN;
+    out->du = (shd_vec3){p.z / (TURN * square), 0, -p.x / (TURN * square)};
+}
+
+static place chart_sphere(shd_vec3 p) {
+    place out;
+    const double around = sqrt(p.x * p.x + p.z * p.z);
+    go_around(p, &out);
+    out.v = 0.5 + atan2(p.y, around) / SHD_PI;
+    out.dv = (shd_vec3){0, 1 / (SHD_PI * shd_larger(around, LEAST)), 0};
+    return out;
+}
+
+static place chart_torus(shd_vec3 p) {
+    place out;
+    const double around = shd_larger(sqrt(p.x * p.x + p.z * p.z), LEAST), out_by = around - 1,
+                 square = shd_larger(out_by * out_by + p.y * p.y, LEAST * LEAST);
+    go_around(p, &out);
+    out.v = 0.5 + atan2(p.y, out_by) / TURN;
+    const double radial = -p.y / (TURN * square * around);
+    out.dv = (shd_vec3){radial * p.x, out_by / (TURN * square), radial * p.z};
+    return out;
+}
+
+/* A flat part as it is seen from above: u to x, v to -z; from below, v is to z. `size`: its extent,
+ * whose middle is (1/2, 1/2). */
+static place chart_flat(shd_vec3 p, double size, bool below) {
+    const double z = below ? -1 : 1;
+    return (place){0.5 + p.x / size, 0.5 - z * p.z / size, {1 / size, 0, 0}, {0, 0, -z / size}};
+}
+
+static place chart_plane(shd_vec3 p) {
+    return (place){p.x, -p.z, {1, 0, 0}, {0, 0, -1}};
+}
+
+/* The side of a cylinder or a cone, or one of its caps, whose normal is along y. */
+static place chart_tall(shd_vec3 p, shd_vec3 normal) {
+    if (normal.y * normal.y > 0.81 * shd_dot(normal, normal)) return chart_flat(p, 2, p.y < 0);
+    place out;
+    go_around(p, &out);
+    out.v = p.y + 0.5;
+    out.dv = (shd_vec3){0, 1, 0};
+    return out;
+}
+
+/* The face whose normal it is, seen from outside with y up; from above and below with u to x. */
+static place chart_box(shd_vec3 p, shd_vec3 normal) {
+    const double x = fabs(normal.x), y = fabs(normal.y), z = fabs(normal.z);
+    if (y >= x && y >= z) return chart_flat(p, 1, p.y < 0);
+    const double sign = x >= z ? (p.x < 0 ? 1 : -1) : (p.z < 0 ? -1 : 1);
+    if (x >= z) return (place){0.5 + sign * p.z, 0.5 + p.y, {0, 0, sign}, {0, 1, 0}};
+    return (place){0.5 + sign * p.x, 0.5 + p.y, {sign, 0, 0}, {0, 1, 0}};
+}
+
+static place chart_shape(const shd_object *object, shd_vec3 p, shd_vec3 normal) {
+    switch (object->shape) {
+    case SHD_SPHERE:
+        return chart_sphere(p);
+    case SHD_DISC:
+        return chart_flat(p, 2, false);
+    case SHD_BOX:
+        return chart_box(p, normal);
+    case SHD_CYLINDER:
+    case SHD_CONE:
+        return chart_tall(p, normal);
+    case SHD_TORUS:
+        return chart_torus(p);
+    default:
+        return chart_plane(p);
+    }
+}
+
+/* A covector of the world in the unit form's frame: the map's transpose carries it back. */
+static shd_vec3 carry_normal(const shd_chart *chart, shd_vec3 n) {
+    const double(*m)[3] = chart->to_world.linear;
+    return (shd_vec3){m[0][0] * n.x + m[1][0] * n.y + m[2][0] * n.z,
+                      m[0][1] * n.x + m[1][1] * n.y + m[2][1] * n.z,
+                      m[0][2] * n.x + m[1][2] * n.y + m[2][2] * n.z};
+}
+
+/* How the point in which a pixel sees the tangent plane moves with the pixel. */
+static shd_vec3 slide(const shd_seen_by *ray, shd_vec3 normal, shd_vec3 side) {
+    const double steep = 1e-6 * sqrt(shd_dot(ray->way, ray->way) * shd_dot(normal, normal));
+    double facing = shd_dot(normal, ray->way);
+    if (fabs(facing) < steep) facing = facing < 0 ? -steep : steep;
+    return shd_madd(side, ray->way, -shd_dot(normal, side) / facing);
+}
+
+/* Moves a ray to its pixel's middle, where it meets the tangent plane nearly as far away. Returns
+ * by how much that moves the point. */
+static shd_vec3 center_ray(shd_seen_by *ray, shd_vec3 normal) {
+    const shd_vec3 shift = shd_madd(shd_scale(ray->right, ray->aside), ray->down, ray->below);
+    if (!ray->perspective) return slide(ray, normal, shift);
+    const shd_vec3 way = shd_add(ray->way, shift);
+    const double t = shd_dot(normal, ray->way) / shd_dot(normal, way);
+    if (!(t > 0.5 && t < 2)) return (shd_vec3){0, 0, 0};
+    const shd_vec3 moved = shd_sub(shd_scale(way, t), ray->way);
+    ray->way = shd_scale(way, t);
+    ray->right = shd_scale(ray->right, t);
+    ray->down = shd_scale(ray->down, t);
+    return moved;
+}
+
+static shd_footprint footprint_on_shape(const shd_chart *chart, const shd_charted_point *point,
+                                        const shd_seen_by *ray) {
+    shd_seen_by middle = *ray;
+    const shd_vec3 normal = point->normal, moved = center_ray(&middle, normal),
+                   from = shd_sub(point->position, chart->to_world.origin),
+                   local = shd_linear(&chart->from_world, shd_add(from, moved)),
+                   right = shd_linear(&chart->from_world, slide(&middle, normal, middle.right)),
+                   down = shd_linear(&chart->from_world, slide(&middle, normal, middle.down));
+    const place at = chart_shape(chart->object, local, carry_normal(chart, point->normal));
+    return (shd_footprint){{at.u, at.v},
+                           {shd_dot(at.du, right), shd_dot(at.dv, right)},
+                           {shd_dot(at.du, down), shd_dot(at.dv, down)}};
+}
+
+/* Weights of the second and third corner that a step along the triangle adds. */
+static void step_weights(const shd_vec3 side[2], shd_vec3 step, double out[2]) {
+    const double aa = shd_dot(side[0], side[0]), ab = shd_dot(side[0], side[1]),
+                 bb = shd_dot(side[1], side[1]), a = shd_dot(step, side[0]),
+                 b = shd_dot(step, side[1]), determinant = aa * bb - ab * ab;
+    out[0] = determinant > 0 ? (bb * a - ab * b) / determinant : 0;
+    out[1] = determinant > 0 ? (aa * b - ab * a) / determinant : 0;
+}
+
+static shd_footprint footprint_on_mesh(const shd_chart *chart, const shd_charted_point *point,
+                                       const shd_seen_by *ray) {
+    const shd_mesh *mesh = chart->object->mesh;
+    const uint32_t *corner = mesh->indices + 3 * (size_t)point->triangle;
+    const double *a = mesh->uvs + 2 * (size_t)corner[0], *b = mesh->uvs + 2 * (size_t)corner[1],
+                 *c = mesh->uvs + 2 * (size_t)corner[2];
+    const shd_vec3 first = shd_vec3_at(mesh->positions, corner[0]);
+    shd_vec3 side[2];
+    for (int k = 0; k < 2; k++)
+        side[k] = shd_linear(&chart->to_world,
+                             shd_sub(shd_vec3_at(mesh->positions, corner[k + 1]), first));
+    const shd_vec3 normal = shd_cross(side[0], side[1]);
+    shd_seen_by middle = *ray;
+    double right[2], down[2], step[2];
+    step_weights(side, center_ray(&middle, normal), step);
+    step_weights(side, slide(&middle, normal, middle.right), right);
+    step_weights(side, slide(&middle, normal, middle.down), down);
+    shd_footprint out;
+    for (int k = 0; k < 2; k++) {
+        const double ab = b[k] - a[k], ac = c[k] - a[k];
+        out.at[k] = a[k] + (point->b + step[0]) * ab + (point->c + step[1]) * ac;
+        out.x[k] = right[0] * ab + right[1] * ac;
+        out.y[k] = down[0] * ab + down[1] * ac;
+    }
+    return out;
+}
+
+shd_footprint shd_chart_footprint(const shd_chart *chart, const shd_charted_point *point,
+                                  const shd_seen_by *ray) {
+    return chart->object->shape == SHD_MESH ? footprint_on_mesh(chart, point, ray)
+                                            : footprint_on_shape(chart, point, ray);
+}

@@ -1,0 +1,35 @@
+/* Charts: where a point of a surface is in (u, v), and how that changes along the surface. They are
+ * told in docs/textures.md. Any thread. */
+#pragma once
+
+#include "scene/scene.h"
+#include "shade/wave.h"
+
+/* An object's frames, found once. */
+typedef struct shd_chart {
+    const shd_object *object;
+    shd_affine to_world, from_world; /* of the unit form; from_world is linear */
+} shd_chart;
+
+shd_chart shd_chart_of(const shd_object *object);
+
+/* A point of the surface. */
+typedef struct shd_charted_point {
+    shd_vec3 position, normal; /* world frame; the normal of either side, of a mesh interpolated */
+    uint32_t triangle;         /* of a mesh */
+    double b, c;               /* weights of its second and third corner */
+} shd_charted_point;
+
+/* The ray that sees it: the way there from the eye (orthographic: any length of it), by how much
+ * the way's end moves from pixel to pixel to the right and down on a screen through the point, and
+ * how far the ray is from its pixel's middle, in pixels. */
+typedef struct shd_seen_by {
+    shd_vec3 way, right, down;
+    bool perspective;
+    double aside, below; /* to the middle: to the right and down */
+} shd_seen_by;
+
+/* The footprint of the ray's pixel on the chart, as the tangent plane at the point has it. Where
+ * that plane is too steep for it, it is of a pixel around the ray. */
+shd_footprint shd_chart_footprint(const shd_chart *chart, const shd_charted_point *point,
+                                  const shd_seen_by *ray);

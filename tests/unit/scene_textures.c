@@ -1,0 +1,138 @@
+/* Patterns in documents: what they are, and where they may not be. */
+#include "unit/scene_support.h"
+
+#define ON(pattern) OBJECT("'type': 'sphere', 'material': {'diffuse': {" pattern "}}")
+#define CHECKER     "'diffuse': {'pattern': 'checker', 'colors': [0, 1]}"
+#define CORNERS     "'positions': [0,0,0, 1,0,0, 0,1,0]"
+
+static void patterns_are_two_colors_and_a_map(void **state) {
+    (void)state;
+    reading r = read_scene(
+        "{'objects': [{'type': 'sphere', 'material': {'diffuse': {'pattern': 'grid', 'colors': "
+        "[[0.1, 0.9, 0.3], [0.4, 0.5, 0.6]], 'uv': {'scale': [2, 3], 'rotate': 90, 'offset': [5, "
+        "6]}, "
+        "'width': 0.25}, 'specular': {'pattern': 'noise', 'colors': [0, 0.5]}, 'lobes': "
+        "[{'specular': "
+        "0.1}, {'specular': {'pattern': 'gradient', 'colors': [1, 0], 'uv': {'wrap': 'mirror'}}}], "
+        "'emissive': {'pattern': 'checker', 'colors': ['#fff', 0], 'uv': {'scale': 4}}}}]}");
+    const shd_material *m = &r.scene->materials[0];
+    const shd_pattern *p = &m->diffuse_texture->pattern;
+    assert_int_equal(p->kind, SHD_GRID);
+    assert_true(p->width == 0.25);
+    /* (u, v) is scaled, then turned: u to t, v to -s. */
+    assert_vec((shd_vec3){p->map[0][0], p->map[0][1], p->map[0][2]}, 0, -3, 5);
+    assert_vec((shd_vec3){p->map[1][0], p->map[1][1], p->map[1][2]}, 2, 0, 6);
+    assert_rgb(m->diffuse_texture->low, .1, .9, .3);
+    assert_rgb(m->diffuse_texture->high, .4, .5, .6);
+    assert_rgb(m->diffuse, .4, .9, .6); /* the larger ones */
+    assert_ptr_equal(m->ambient_texture, m->diffuse_texture);
+    assert_rgb(m->ambient, .4, .9, .6);
+    assert_int_equal(m->lobe_textures[0]->pattern.kind, SHD_NOISE);
+    assert_int_equal(m->lobe_textures[0]->pattern.octaves, 4);
+    assert_null(m->lobe_textures[1]);
+    assert_int_equal(m->lobe_textures[2]->pattern.wrap, SHD_WRAP_MIRROR);
+    assert_true(m->emissive_texture->pattern.map[1][1] == 4);
+    drop(&r);
+    r = read_scene("{'objects': [{'type': 'sphere', 'material': {" CHECKER ", 'ambient': 0.2}}]}");
+    assert_null(r.scene->materials[0].ambient_texture);
+    assert_null(r.scene->materials[0].lobe_textures);
+    drop(&r);
+}
+
+static void mistakes_in_patterns_are_pointed_to(void **state) {
+    (void)state;
+#define AT "/objects/0/material/diffuse"
+    static const refusal cases[] = {
+        {ON("'pattern': 'chequer', 'colors': [0, 1]"), AT "/pattern", "did you mean \"checker\"?"},
+        {ON("'pattern': 3, 'colors': [0, 1]"), AT "/pattern", "expected a string"},
+        {ON("'pattern': 'checker'"), AT, "\"colors\" is missing"},
+        {ON("'pattern': 'checker', 'colors': [0]"), AT "/colors", "2 colors, got 1"},
+        {ON("'pattern': 'checker', 'colors': [0, 1, 2]"), AT "/colors", "2 colors, got 3"},
+        {ON("'pattern': 'checker', 'colors': [0, 'mauv']"), AT "/colors/1", "mauv"},
+        {ON("'pattern': 'checker', 'colors': [0, [0, 1, 1, 0.5]]"), AT "/colors/1", "alpha"},
+        {ON("'pattern': 'checker', 'colors': [0, 1], 'width': 0.1"), AT "/width",
+         "unknown member \"width\" of a checker"},
+        {ON("'pattern': 'checker', 'colors': [0, 1], 'uv': {'wrap': 'repeat'}"), AT "/uv/wrap",
+         "unknown member \"wrap\" of a checker's `uv`"},
+        {ON("'pattern': 'checker', 'colors': [0, 1], 'uv': {'scale': [1]}"), AT "/uv/scale",
+         "2 numbers, got 1"},
+        {ON("'pattern': 'checker', 'colors': [0, 1], 'uv': {'scale': 1e10}"), AT "/uv/scale",
+         "-1e9 to 1e9"},
+        {ON("'pattern': 'checker', 'colors': [0, 1], 'uv': {'offset': 1}"), AT "/uv/offset",
+         "an array of 2 numbers"},
+        {ON("'pattern': 'gradient', 'colors': [0, 1], 'uv': {'wrap': 'tile'}"), AT "/uv/wrap",
+         "clamp, repeat, mirror"},
+        {ON("'pattern': 'grid', 'colors': [0, 1], 'width': 1"), AT "/width", "between 0 and 1"},
+        {ON("'pattern': 'noise', 'colors': [0, 1], 'octaves': 9"), AT "/octaves", "1 to 8"},
+    };
+    ASSERT_REFUSED(cases);
+}
+
+static void patterns_need_a_chart_and_colors_that_multiply(void **state) {
+    (void)state;
+    static const refusal cases[] = {
+        {OBJECT("'type': 'sphere', 'interpolation': 'flat', 'material': {" CHECKER "}"),
+         "/objects/0", "interpolation phong"},
+        {"{'interpolation': 'gouraud', 'materials': {'m': {" CHECKER "}}, 'objects': [{'type': "
+         "'sphere', 'material': 'm'}]}",
+         "/objects/0", "interpolation phong"},
+        {OBJECT("'type': 'mesh', " CORNERS ", 'material': {" CHECKER "}"), "/objects/0",
+         "needs `uvs`"},
+        {OBJECT("'type': 'teapot', 'material': {" CHECKER "}"), "/objects/0", "built in has none"},
+        {"{'spectral': true, 'objects': [{'type': 'sphere', 'material': {" CHECKER "}}]}",
+         "/objects/0", "spectral"},
+        {"{'trace': {'depth': 1}, 'objects': [{'type': 'sphere', 'material': {" CHECKER "}}]}",
+         "/objects/0", "`depth`"},
+        {OBJECT("'type': 'sphere', 'material': {'model': 'westin', 'microgeometry': {'type': "
+                "'grooves'}, " CHECKER "}"),
+         "/objects/0", "westin"},
+    };
+    ASSERT_REFUSED(cases);
+    reading r = read_scene(
+        OBJECT("'type': 'mesh', " CORNERS ", 'uvs': [0,0, 1,0, 0,1], 'material': {" CHECKER "}"));
+    assert_true(r.scene->objects[0].mesh->uvs[2] == 1);
+    drop(&r);
+}
+
+static void digests_know_patterns(void **state) {
+    (void)state;
+    static const char *const scenes[] = {
+        ON("'pattern': 'checker', 'colors': [0, 1]"),
+        ON("'pattern': 'checker', 'colors': [0, 0.9]"),
+        ON("'pattern': 'checker', 'colors': [0.1, 1]"),
+        ON("'pattern': 'checker', 'colors': [0, 1], 'uv': {'scale': 2}"),
+        ON("'pattern': 'checker', 'colors': [0, 1], 'uv': {'offset': [0, 1]}"),
+        ON("'pattern': 'grid', 'colors': [0, 1]"),
+        ON("'pattern': 'grid', 'colors': [0, 1], 'width': 0.2"),
+        ON("'pattern': 'gradient', 'colors': [0, 1]"),
+        ON("'pattern': 'gradient', 'colors': [0, 1], 'uv': {'wrap': 'repeat'}"),
+        ON("'pattern': 'noise', 'colors': [0, 1]"),
+        ON("'pattern': 'noise', 'colors': [0, 1], 'octaves': 3"),
+        OBJECT("'type': 'sphere', 'material': {'diffuse': 1}"),
+        OBJECT("'type': 'sphere', 'material': {'diffuse': 1, 'specular': {'pattern': 'checker', "
+               "'colors': [0, 1]}}"),
+        OBJECT("'type': 'sphere', 'material': {'diffuse': 1, 'specular': 1}"),
+    };
+    enum { COUNT = sizeof scenes / sizeof scenes[0] };
+    char digests[COUNT][33];
+    for (int i = 0; i < COUNT; i++) {
+        reading r = read_scene(scenes[i]);
+        memcpy(digests[i], r.scene->digest, sizeof digests[i]);
+        for (int k = 0; k < i; k++) assert_string_not_equal(digests[i], digests[k]);
+        drop(&r);
+    }
+    reading same = read_scene(ON("'uv': {'scale': [1, 1], 'rotate': 0}, 'colors': ['black', 1], "
+                                 "'pattern': 'checker'"));
+    assert_string_equal(same.scene->digest, digests[0]);
+    drop(&same);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(patterns_are_two_colors_and_a_map),
+        cmocka_unit_test(mistakes_in_patterns_are_pointed_to),
+        cmocka_unit_test(patterns_need_a_chart_and_colors_that_multiply),
+        cmocka_unit_test(digests_know_patterns),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
