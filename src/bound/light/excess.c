@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "bound/light/clusters.h"
 #include "bound/light/error.h"
 #include "bound/light/misplaced.h"
 #include "bound/light/terms.h"
@@ -38,10 +39,13 @@ typedef struct finding {
     shd_hues hues;
     double *beside; /* [light_count]: no point that is seen is nearer to the light */
     int fineness;
+    bool crowded; /* pairs are many: lights are in clusters */
+    shd_clusters clusters;
     /* Of the object in question: */
     shd_terms terms;
     const shd_term *kept; /* a copy of the terms that stays; NULL: they are too many */
-    source *sources;      /* [light_count] */
+    shd_place place;
+    source *sources; /* [light_count]; not of an object whose lights are in clusters */
     shd_misplaced misplaced;
     shd_lobe_error *lobes; /* [max_lobes] */
     shd_piece *pieces;     /* [SHD_MOST_PIECES] */
@@ -58,6 +62,23 @@ static shd_path path_of(const shd_plan_light *light) {
                                               : SHD_PATH_POINT;
 }
 
+/* Sets what rounding of positions does to a light that is `from_origin` away from the frame's. */
+static void place_source(const finding *f, const shd_plan_object *object, const shd_place *place,
+                         const shd_plan_light *light, double from_origin, source *to) {
+    const shd_plan *plan = f->plan;
+    if (f->tier == SHD_EXACT) return;
+    /* The exact tier rounds points where they are in the world. */
+    const double away = object->bounded ? shd_plan_length(object->center) + object->radius
+                                        : shd_plan_length(light->position);
+    to->near = SHD_HIT_ROUNDING * (2 * shd_plan_length(place->object->transform.origin) + away);
+    /* A plane's coordinates grow with the distance. */
+    if (!object->bounded) to->far = SHD_HIT_ROUNDING;
+    if (plan->split_positions) return;
+    to->near +=
+        POSITION * shd_plan_size(plan, object, light) / plan->scale + POSITION / 2 * from_origin;
+    if (!object->bounded) to->far = POSITION;
+}
+
 static source source_of(const finding *f, const shd_plan_object *object, uint32_t index,
                         const shd_place *place) {
     const shd_plan *plan = f->plan;
@@ -70,18 +91,8 @@ static source source_of(const finding *f, const shd_plan_object *object, uint32_
     s.least = shd_least_distance(place, light->position);
     /* Facets are lit at points that nobody sees, too. */
     if (place->object->interpolation == SHD_PHONG) s.least = shd_larger(s.least, f->beside[index]);
-    if (f->tier == SHD_EXACT) return s;
-    /* The exact tier rounds points where they are in the world. */
-    const double away = object->bounded ? shd_plan_length(object->center) + object->radius
-                                        : shd_plan_length(light->position);
-    s.near = SHD_HIT_ROUNDING * (2 * shd_plan_length(place->object->transform.origin) + away);
-    /* A plane's coordinates grow with the distance. */
-    if (!object->bounded) s.far = SHD_HIT_ROUNDING;
-    if (plan->split_positions) return s;
-    const double from_origin = shd_plan_length(shd_sub(light->position, plan->origin));
-    s.near +=
-        POSITION * shd_plan_size(plan, object, light) / plan->scale + POSITION / 2 * from_origin;
-    if (!object->bounded) s.far = POSITION;
+    place_source(f, object, place, light, shd_plan_length(shd_sub(light->position, plan->origin)),
+                 &s);
     return s;
 }
 
@@ -246,6 +257,11 @@ static shd_excess *slot_of(const finding *f, const shd_excess *sum, bool *fresh)
     return *fresh ? &list->excess[list->count++] : nearest;
 }
 
+/* Whether the object's lights are looked at by clusters of all lights. */
+static bool is_clustered(const finding *f, const shd_plan_object *object) {
+    return f->crowded && object->bounded && object->light_count == f->plan->light_count;
+}
+
 /* Finds all about an object but its pieces. Its group has its material and terms. False: memory. */
 static bool find_object(finding *f, size_t index, bool same_group, bool few, shd_arena *arena) {
     const shd_plan *plan = f->plan;
@@ -257,17 +273,17 @@ static bool find_object(finding *f, size_t index, bool same_group, bool few, shd
             f->lobes[k] = shd_lobe_error_of(f->tier, material->lobes[k].shininess, lights);
         shd_terms_set(plan, &f->hues, &plan->groups[object->group], &f->terms);
         f->kept = NULL;
-        if (f->terms.count <= SHD_MOST_TERMS && f->list->count < SHD_EXCESSES) {
+        if (!f->terms.least && f->terms.count <= SHD_MOST_TERMS && f->list->count < SHD_EXCESSES) {
             shd_term *kept = shd_arena_alloc(arena, f->terms.count, sizeof *kept);
             if (!kept) return false;
             f->kept = memcpy(kept, f->terms.list, f->terms.count * sizeof *kept);
         }
     }
-    shd_place place = shd_place_of(&plan->scene->objects[index], object);
-    place.known = place.known && few;
-    f->misplaced = shd_misplaced_of(plan->scene, &place);
-    for (size_t k = 0; k < object->light_count; k++)
-        f->sources[k] = source_of(f, object, object->lights[k], &place);
+    f->place = shd_place_of(&plan->scene->objects[index], object);
+    f->place.known = f->place.known && few;
+    f->misplaced = shd_misplaced_of(plan->scene, &f->place);
+    for (size_t k = 0; k < object->light_count && !is_clustered(f, object); k++)
+        f->sources[k] = source_of(f, object, object->lights[k], &f->place);
     return true;
 }
 
@@ -312,12 +328,66 @@ static void part_errors(const finding *f, shd_excess *to) {
         const double *color = f->terms.list[i].color;
         const shd_much much = f->much[i];
         double beside[4];
-        for (int c = 0; c < 4; c++) beside[c] = fabs(color[c] - color[3] * main[c]);
+        const double *least = f->terms.least ? f->terms.least[i] : color;
+        for (int c = 0; c < 4; c++)
+            beside[c] = shd_larger(fabs(color[c] - least[3] * main[c]),
+                                   fabs(least[c] - color[3] * main[c]));
         for (int c = 0; c < 4; c++) absolute[c] += much.absolute * beside[c];
         for (int c = 0; c < 4; c++) limited[c] += much.limited * beside[c];
     }
     memcpy(to->rest_absolute, absolute, sizeof to->rest_absolute);
     memcpy(to->rest_limited, limited, sizeof to->rest_limited);
+}
+
+/* Counts the errors of an object's light. */
+static void add_light(finding *f, const shd_plan_material *material, const source *from,
+                      uint32_t index, const shd_piece *piece, double *influences) {
+    shd_lit lit;
+    if (!shd_piece_lit(f->plan->scene, piece, from->light, from->least, &lit)) return;
+    const double most = add_light_error(f, material, from, &lit);
+    add_misplaced(f, material, from, piece, &lit);
+    if (influences) influences[index] = shd_larger(influences[index], most);
+}
+
+/* Counts the errors of a cluster's lights at an object whose normals may be any, as if all were as
+ * near as the nearest may be: nothing of what is added up falls where light comes nearer. */
+static void add_cluster(finding *f, const shd_plan_object *object, shd_cluster *cluster,
+                        const shd_cluster_target *target, const shd_piece *piece) {
+    const shd_plan_light as = {.directional = cluster->directional,
+                               .attenuated = cluster->attenuated};
+    source from = {.light = &as,
+                   .error = shd_path_error_of(f->tier, path_of(&as)),
+                   .term = f->terms.first[cluster->hue],
+                   .strength = cluster->strength};
+    if (!from.term) return;
+    if (!as.directional) place_source(f, object, &f->place, &as, cluster->away, &from);
+    const double nearest = shd_cluster_distance(cluster, target),
+                 fall = shd_cluster_fall(cluster, nearest) * (1 + SHD_PIECE_MARGIN);
+    const shd_lit lit = {.nearest = nearest,
+                         .fall_high = fall,
+                         .factor_high = fall,
+                         .facing_high = 1,
+                         .shine_high = 1};
+    const shd_plan_material *material = &f->plan->materials[object->material];
+    const double most = add_light_error(f, material, &from, &lit);
+    add_misplaced(f, material, &from, piece, &lit);
+    cluster->most = shd_larger(cluster->most, most / cluster->strength * (1 + SHD_PIECE_MARGIN));
+}
+
+/* Counts the errors of all lights at an object. */
+static void add_clusters(finding *f, const shd_plan_object *object, const shd_piece *piece,
+                         double *influences) {
+    shd_clusters *all = &f->clusters;
+    const shd_plan_material *material = &f->plan->materials[object->material];
+    const shd_cluster_target target = {object->center, object->radius,
+                                       f->place.object->interpolation == SHD_PHONG};
+    shd_clusters_cut(all, &target);
+    for (size_t i = 0; i < all->cut_count; i++)
+        add_cluster(f, object, &all->list[all->cut[i]], &target, piece);
+    for (size_t i = 0; i < all->single_count; i++) {
+        const source from = source_of(f, object, all->single[i], &f->place);
+        add_light(f, material, &from, all->single[i], piece, influences);
+    }
 }
 
 /* Counts the errors of all of an object's lights at one of its pieces. */
@@ -328,15 +398,10 @@ static void add_piece_error(finding *f, const shd_plan_object *object, const shd
     memset(f->much, 0, f->terms.count * sizeof *f->much);
     f->much[0] = (shd_much){.low = 1, .high = 1};
     f->ratio = f->distance = 0;
-    for (size_t i = 0; i < object->light_count; i++) {
-        shd_lit lit;
+    if (is_clustered(f, object)) add_clusters(f, object, piece, influences);
+    for (size_t i = 0; i < object->light_count && !is_clustered(f, object); i++) {
         if (i % LIGHTS_AT_ONCE == 0 && shd_is_cancelled(plan->cancelled)) return;
-        const source *from = &f->sources[i];
-        if (!shd_piece_lit(plan->scene, piece, from->light, from->least, &lit)) continue;
-        const double most = add_light_error(f, material, from, &lit);
-        add_misplaced(f, material, from, piece, &lit);
-        if (influences)
-            influences[object->lights[i]] = shd_larger(influences[object->lights[i]], most);
+        add_light(f, material, &f->sources[i], object->lights[i], piece, influences);
     }
     shd_excess sum = {.ratio = f->ratio,
                       .distance = f->distance,
@@ -370,11 +435,15 @@ static void add_piece_error(finding *f, const shd_plan_object *object, const shd
     keep_terms(f, to, fresh);
 }
 
-/* How finely objects are looked at. About half of a solid's pieces may be seen. */
-static int fineness_of(const shd_plan *plan) {
+static double count_pairs(const shd_plan *plan) {
     double pairs = 0;
     for (size_t i = 0; i < plan->scene->object_count; i++)
         pairs += (double)plan->objects[i].light_count;
+    return pairs;
+}
+
+/* How finely objects are looked at. About half of a solid's pieces may be seen. */
+static int fineness_of(double pairs) {
     int fineness = 3;
     while (fineness > 0 && 3 * fineness * fineness * pairs > MOST_LOOKS) fineness--;
     return fineness;
@@ -419,6 +488,8 @@ static bool add_objects(finding *f, shd_arena *arena) {
             add_piece_error(f, object, &f->pieces[p], in ? in->rows[in->count - 1] : NULL);
         }
     }
+    if (f->crowded && f->influences && f->influences->count)
+        shd_clusters_influence(plan, &f->hues, &f->clusters, f->influences->rows[0]);
     f->list->nonnegative = !negative;
     finish_parts(f, &all);
     return true;
@@ -426,6 +497,7 @@ static bool add_objects(finding *f, shd_arena *arena) {
 
 bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out,
                      shd_influences *influences) {
+    const double pairs = count_pairs(plan);
     finding f = {.plan = plan,
                  .tier = tier,
                  .list = out,
@@ -434,14 +506,16 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
                  .beside = shd_arena_zalloc(arena, plan->light_count, sizeof(double)),
                  .lobes = shd_arena_alloc(arena, plan->max_lobes, sizeof(shd_lobe_error)),
                  .pieces = shd_arena_alloc(arena, SHD_MOST_PIECES, sizeof(shd_piece)),
-                 .fineness = fineness_of(plan)};
+                 .fineness = fineness_of(pairs),
+                 .crowded = pairs > MOST_PAIRS};
     if (!f.sources || !f.beside || !f.lobes || !f.pieces ||
-        !shd_terms_new(plan, arena, &f.hues, &f.terms))
+        !shd_terms_new(plan, f.crowded, arena, &f.hues, &f.terms))
         return false;
     f.much = shd_arena_alloc(arena, 1 + f.hues.count * (1 + plan->max_lobes), sizeof(shd_much));
     for (size_t j = 0; j < plan->light_count; j++)
         if (!plan->lights[j].directional)
             f.beside[j] = shd_ray_distance(plan->scene, plan->lights[j].position);
+    if (f.crowded && !shd_clusters_new(plan, &f.hues, f.beside, arena, &f.clusters)) return false;
     if (influences) {
         const size_t rows = f.fineness ? SHD_MOST_PIECES * plan->scene->object_count : 1;
         *influences = (shd_influences){0, shd_arena_alloc(arena, rows, sizeof(double *))};
