@@ -68,6 +68,13 @@ static bool lump_hues(const shd_plan *plan, shd_arena *arena, shd_hues *hues) {
         }
         hues->of_light[j] = *lump - 1;
     }
+    /* No more of the lump's most color than the light's own one needs, which is still between. */
+    for (size_t j = 0; j < plan->light_count; j++) {
+        const double *lump = most[hues->of_light[j]], *color = plan->lights[j].color;
+        double strength = 0;
+        for (int c = 0; c < 3; c++) strength = shd_larger(strength, fabs(color[c]) / lump[c]);
+        hues->strength[j] = strength;
+    }
     hues->color = most;
     hues->count = count;
     return true;
