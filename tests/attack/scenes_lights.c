@@ -88,6 +88,47 @@ void write_lamps(FILE *out, uint64_t *random, const char *accuracy) {
     put_end(out, random);
 }
 
+/* Lamps above a plane or a disc, near and far, that fall off in all ways: so many that what they
+ * add is told for many together. Weak ones and bright ones, some of them so far that all of them
+ * lie in one direction, some so near that the polynomial of a block would be wrong there. */
+void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
+    static const char *const falls[] = {"[1, 0, 0]", "[0, 0, 1]", "[0, 1, 0]", "[1, 0.2, 0.5]",
+                                        "[0.1, 0, 1]"};
+    put_frame(out, random, accuracy, (frame){32, 4, NULL, NULL});
+    const int count = (int)decades(random, 100, 1000), one = one_of(random, 6);
+    const double wide = decades(random, 0.5, 20), grey = one_of(random, 2),
+                 bright = decades(random, 0.3, 3);
+    const xyz above = {between(random, -1, 1), between(random, -1, 1), decades(random, 0.2, 10)};
+    for (int i = 0; i < count; i++) {
+        const int fall = one < 5 ? one : one_of(random, 5);
+        const xyz at = sum_of(above, (xyz){between(random, -wide, wide),
+                                           between(random, -wide, wide), between(random, 0, wide)});
+        const double squared = at.x * at.x + at.y * at.y + at.z * at.z;
+        const double fallen = fall == 0 ? 1 : fall == 2 ? 1 / sqrt(squared) : 1 / squared;
+        fprintf(out, "%s{\"type\": \"point\", \"attenuation\": %s, \"intensity\": %.17g, ",
+                i ? ", " : "", falls[fall], decades(random, 0.3, 3) * bright / count / fallen);
+        if (!grey) put_color(out, "color", random, 1);
+        if (!grey) fputs(", ", out);
+        if (one_of(random, 30) == 0) fprintf(out, "\"minDistance\": %.17g, ", sqrt(squared));
+        put_vector(out, "position", at);
+        fputs("}", out);
+    }
+    put_objects(out);
+    fprintf(out, "{\"type\": \"%s\", ", one_of(random, 2) ? "plane" : "disc");
+    put_material(out, random, 1, one_of(random, 2) ? 300 : 3);
+    fprintf(out, ", \"transform\": {\"rotate\": [%.17g, 0, 0]}}",
+            one_of(random, 2) ? 90 : between(random, 50, 130));
+    if (one_of(random, 2)) {
+        fputs(", {", out);
+        put_shape(out, random, 0.6);
+        put_material(out, random, 1, 300);
+        fputs(", ", out);
+        put_turn(out, random, ONE, ORIGIN);
+        fputs("}", out);
+    }
+    put_end(out, random);
+}
+
 /* Lights in planes, to within rounding: in that of a flat face of a turned and moved object. */
 void write_inplane(FILE *out, uint64_t *random, const char *accuracy) {
     static const char *const flats[] = {"disc", "plane", "box", "cylinder", "cone"};

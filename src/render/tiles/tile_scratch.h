@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/tiles/fragments.h"
+#include "shade/far.h"
 #include "shade/lighting.h"
 #include "sight/sight.h"
 
@@ -46,6 +47,8 @@ typedef struct shd_tile_scratch {
     shd_hits again;  /* some of them, in f64 */
     double **exact;  /* of the exact tier: [term][channel] of a run */
     uint32_t *which; /* lights that may reach a run */
+    double *costs;   /* [light_count], for shd_far_gather; NULL: nothing may be left out */
+    shd_far far;     /* of the run */
     /* Of hits through which a transparent background may be seen: how much of a sample each one
      * covers. NULL: there are none. */
     float *alpha;
