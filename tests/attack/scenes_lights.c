@@ -88,21 +88,24 @@ void write_lamps(FILE *out, uint64_t *random, const char *accuracy) {
     put_end(out, random);
 }
 
-/* Lamps above a plane or a disc, near and far, that fall off in all ways: so many that what they
- * add is told for many together. Weak ones and bright ones, some of them so far that all of them
- * lie in one direction, some so near that the polynomial of a block would be wrong there. */
+/* Lamps above a plane or a disc that fall off in all ways: so many, and most of them so far, that
+ * what they add is told for many together. Some are near, all over or all on one side, and some
+ * weak. */
 void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
     static const char *const falls[] = {"[1, 0, 0]", "[0, 0, 1]", "[0, 1, 0]", "[1, 0.2, 0.5]",
                                         "[0.1, 0, 1]"};
-    put_frame(out, random, accuracy, (frame){32, 4, NULL, NULL});
-    const int count = (int)decades(random, 100, 1000), one = one_of(random, 6);
-    const double wide = decades(random, 0.5, 20), grey = one_of(random, 2),
-                 bright = decades(random, 0.3, 3);
-    const xyz above = {between(random, -1, 1), between(random, -1, 1), decades(random, 0.2, 10)};
+    put_frame(out, random, accuracy, (frame){20, 4, NULL, NULL});
+    const int count = (int)decades(random, 100, 600), one = one_of(random, 6);
+    const double far = decades(random, 4, 200), bright = decades(random, 0.3, 3);
+    const bool grey = one_of(random, 2), aside = one_of(random, 3) == 0;
     for (int i = 0; i < count; i++) {
         const int fall = one < 5 ? one : one_of(random, 5);
-        const xyz at = sum_of(above, (xyz){between(random, -wide, wide),
-                                           between(random, -wide, wide), between(random, 0, wide)});
+        const double away =
+            one_of(random, 20) ? far * between(random, 0.5, 2) : decades(random, 1, 9);
+        xyz at = any_direction(random);
+        at.z = fabs(at.z);
+        if (aside) at = sum_of((xyz){0.5, 0.5, 0.3}, scaled_by(at, 0.1));
+        at = scaled_by(at, away);
         const double squared = at.x * at.x + at.y * at.y + at.z * at.z;
         const double fallen = fall == 0 ? 1 : fall == 2 ? 1 / sqrt(squared) : 1 / squared;
         fprintf(out, "%s{\"type\": \"point\", \"attenuation\": %s, \"intensity\": %.17g, ",
@@ -115,10 +118,14 @@ void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
     }
     put_objects(out);
     fprintf(out, "{\"type\": \"%s\", ", one_of(random, 2) ? "plane" : "disc");
-    put_material(out, random, 1, one_of(random, 2) ? 300 : 3);
+    if (one_of(random, 3))
+        fprintf(out, "\"material\": {\"diffuse\": %.17g, \"specular\": %.17g, \"shininess\": 300}",
+                between(random, 0.1, 1), one_of(random, 2) ? between(random, 0, 0.5) : 0);
+    else
+        put_material(out, random, 1, 300);
     fprintf(out, ", \"transform\": {\"rotate\": [%.17g, 0, 0]}}",
             one_of(random, 2) ? 90 : between(random, 50, 130));
-    if (one_of(random, 2)) {
+    if (one_of(random, 3) == 0) {
         fputs(", {", out);
         put_shape(out, random, 0.6);
         put_material(out, random, 1, 300);
