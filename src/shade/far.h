@@ -29,7 +29,7 @@ typedef struct shd_far {
  * `radius` of a center that is `distance` away from the light. Infinite: not known. */
 double shd_far_rest(const shd_plan_light *light, double distance, double radius);
 
-/* Adds a light (no spot, no shape), and nothing but that. */
+/* Adds a light without a shape, a spot as if it had no cone. */
 void shd_far_add(const shd_plan_light *light, shd_far *to);
 
 /* Adds the sum of N.E Il to the points' rows, those of points32 in the plan's frame. Sums below 0

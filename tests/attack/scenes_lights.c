@@ -95,7 +95,7 @@ void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
     static const char *const falls[] = {"[1, 0, 0]", "[0, 0, 1]", "[0, 1, 0]", "[1, 0.2, 0.5]",
                                         "[0.1, 0, 1]"};
     put_frame(out, random, accuracy, (frame){20, 4, NULL, NULL});
-    const int count = (int)decades(random, 100, 600), one = one_of(random, 6);
+    const int count = (int)decades(random, 100, 350), one = one_of(random, 6);
     const double far = decades(random, 4, 200), bright = decades(random, 0.3, 3);
     const bool grey = one_of(random, 2), aside = one_of(random, 3) == 0;
     for (int i = 0; i < count; i++) {
@@ -108,8 +108,16 @@ void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
         at = scaled_by(at, away);
         const double squared = at.x * at.x + at.y * at.y + at.z * at.z;
         const double fallen = fall == 0 ? 1 : fall == 2 ? 1 / sqrt(squared) : 1 / squared;
-        fprintf(out, "%s{\"type\": \"point\", \"attenuation\": %s, \"intensity\": %.17g, ",
-                i ? ", " : "", falls[fall], decades(random, 0.3, 3) * bright / count / fallen);
+        const bool spot = one_of(random, 8) == 0;
+        fprintf(out, "%s{\"type\": \"%s\", \"attenuation\": %s, \"intensity\": %.17g, ",
+                i ? ", " : "", spot ? "spot" : "point", falls[fall],
+                decades(random, 0.3, 3) * bright / count / fallen);
+        if (spot) { /* the picture is in its cone, or at its rim */
+            fprintf(out, "\"angle\": %.17g, \"penumbra\": %.17g, ",
+                    atan(decades(random, 1, 4) / away) / RADIAN, between(random, 0, 0.5));
+            put_vector(out, "direction", scaled_by(at, -1));
+            fputs(", ", out);
+        }
         if (!grey) put_color(out, "color", random, 1);
         if (!grey) fputs(", ", out);
         if (one_of(random, 30) == 0) fprintf(out, "\"minDistance\": %.17g, ", sqrt(squared));

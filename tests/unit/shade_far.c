@@ -18,8 +18,7 @@ static double uniform(uint64_t *random, double low, double high) {
 
 static shd_vec3 any_direction(uint64_t *random) {
     shd_vec3 v;
-    do
-        v = (shd_vec3){uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
+    do v = (shd_vec3){uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
     while (!(shd_dot(v, v) < 1 && shd_normalize(v, &v)));
     return v;
 }
@@ -69,7 +68,8 @@ static void what_is_left_out_is_bounded(void **state) {
     for (int round = 0; round < 6000; round++) {
         const int kind = round % KINDS;
         const double distance = pow(10, uniform(&random, -3, 3));
-        const double radius = distance * (round / KINDS % 2 ? 0.399 : pow(10, uniform(&random, -3, -0.3)));
+        const double radius =
+            distance * (round / KINDS % 2 ? 0.399 : pow(10, uniform(&random, -3, -0.3)));
         const shd_plan plan = {.scale = ldexp(1, -ilogb(radius))};
         const shd_plan_light light = any_light(&random, kind, distance);
         const double rest = shd_far_rest(&light, distance, radius);
@@ -126,8 +126,7 @@ static void lights_add_up_by_their_colors(void **state) {
         for (int c = 0; c < 3; c++) {
             const shd_vec3 at = {1 + 2 * (double)x[i], 2 + 2 * (double)y[i], 3 + 2 * (double)z[i]};
             double wanted = 1 + i + 2 * c;
-            for (int j = 0; j < 40; j++)
-                wanted += lights[j].color[c] * field_of(&lights[j], at).z;
+            for (int j = 0; j < 40; j++) wanted += lights[j].color[c] * field_of(&lights[j], at).z;
             assert_true(fabs((double)out[c][i] - wanted) < 1e-5 * wanted);
         }
 }

@@ -3,10 +3,16 @@
 #include "bound/light/pieces.h"
 #include "bound/light/weakest.h"
 
-/* Whether it is lit alike wherever it is seen from, by nothing that is below 0. */
-static bool is_plain(const shd_plan_light *light) {
-    return !light->spot && !light->shape && light->color[0] >= 0 && light->color[1] >= 0 &&
-           light->color[2] >= 0;
+/* Whether no point is near a spot's rim, so that its light is that of a point. */
+static bool is_within_cone(const shd_plan_light *spot, const shd_lit *lit) {
+    static const double CLEAR = 1e-5;
+    return spot->exponent == 0 && 1 - lit->axis_low <= spot->inner - CLEAR;
+}
+
+/* Whether it shines alike to all points, and nothing that is below 0. */
+static bool is_plain(const shd_plan_light *light, const shd_lit *lit) {
+    return !light->shape && (!light->spot || is_within_cone(light, lit)) && light->color[0] >= 0 &&
+           light->color[1] >= 0 && light->color[2] >= 0;
 }
 
 /* What is left out, in any channel, of a light that is taken; infinite: it may not be. N.L must be
@@ -24,7 +30,7 @@ static double cost_of(const shd_plan *plan, const shd_plan_material *material,
         const double power = shd_shine_most(lit.shine_high, lobe->shininess);
         for (int c = 0; c < 3; c++) shone[c] += fabs(lobe->specular[c]) * power * lit.factor_high;
     }
-    if (is_plain(light) && lit.facing_low > CLEAR) {
+    if (is_plain(light, &lit) && lit.facing_low > CLEAR) {
         const double distance =
             light->directional ? 1 : shd_plan_length(shd_sub(light->position, patch->center));
         const bool known = distance > NEAREST && distance < FARTHEST;
@@ -68,21 +74,22 @@ size_t shd_far_gather(const shd_plan *plan, const shd_plan_material *material,
         !(patch->cos_spread > 0))
         return count;
     const shd_piece piece = shd_piece_of(plan->scene, patch);
+    static const double SHARE = 0.9;
     double all = 0;
     for (size_t i = 0; i < count; i++) {
-        double most;
-        costs[i] = cost_of(plan, material, patch, &piece, &plan->lights[lights[i]], &most);
-        all += most;
+        double adds;
+        costs[i] = cost_of(plan, material, patch, &piece, &plan->lights[lights[i]], &adds);
+        all += adds;
     }
     /* The sum of both parts is rounded to f32 once more. */
-    const double rounding = 0x1p-24 * all * (1 + SHD_PIECE_MARGIN), half = *room / 2 - rounding;
+    const double rounding = 0x1p-24 * all * (1 + SHD_PIECE_MARGIN), most = SHARE * *room - rounding;
     int end;
     double left;
-    if (!(half > 0) || fill_room(costs, count, half, &end, &left) < SHD_FAR_LEAST) return count;
+    if (!(most > 0) || fill_room(costs, count, most, &end, &left) < SHD_FAR_LEAST) return count;
     *out = (shd_far){.center = patch->center, .channels = plan->grey_lights ? 1 : 3};
     size_t kept = 0;
     for (size_t i = 0; i < count; i++) {
-        const int step = shd_strength_step(costs[i], half);
+        const int step = shd_strength_step(costs[i], most);
         const bool also = step == end && step < SHD_STRENGTH_STEPS && costs[i] <= left;
         if (also) left -= costs[i];
         if (also || step < end)
@@ -90,6 +97,6 @@ size_t shd_far_gather(const shd_plan *plan, const shd_plan_material *material,
         else
             lights[kept++] = lights[i];
     }
-    *room -= half - left + rounding;
+    *room -= most - left + rounding;
     return kept;
 }
