@@ -147,7 +147,9 @@ static bool same_group(const void *things, size_t x, size_t y) {
 static bool join_group(reach *r, shd_plan_object *object, const uint32_t *list, size_t count,
                        shd_arena *arena) {
     if (count == r->count) list = r->all;
-    uint64_t hash = XXH3_64bits_withSeed(list, count * sizeof *list, object->material);
+    /* Lists of all lights are known to be equal without reading them. */
+    const size_t read = count == r->count ? 0 : count;
+    uint64_t hash = XXH3_64bits_withSeed(list, read * sizeof *list, object->material);
     r->groups[r->group_count] = (shd_plan_group){object->material, list, count};
     object->group = first_equal(&r->table, hash, r->group_count);
     object->light_count = count;
@@ -168,18 +170,22 @@ static bool find_lists(reach *r, shd_arena *arena) {
     uint32_t *list = shd_arena_alloc(arena, r->count, sizeof *list);
     if (!list) return false;
     const bool few = scene->object_count <= MOST_PAIRS / (r->count ? r->count : 1);
+    bool all_used = false;
     for (size_t i = 0; i < scene->object_count; i++) {
         if (shd_is_cancelled(plan->cancelled)) return false;
         shd_plan_object *object = &r->objects[i];
         const shd_plan_material *material = &plan->materials[object->material];
         const bool lit = material->has_diffuse || material->lobe_count;
+        if (plan->whole || (lit && !few)) {
+            all_used = true;
+            if (!join_group(r, object, r->all, r->count, arena)) return false;
+            continue;
+        }
         size_t count = 0;
         shd_back back = {.known = false};
-        if (few && lit && !plan->whole) back = shd_back_of(scene, &scene->objects[i], object);
+        if (lit) back = shd_back_of(scene, &scene->objects[i], object);
         for (size_t j = 0; j < r->count; j++) {
-            uint8_t drop = lit ? 0 : SHD_DROP_UNLIT;
-            if (lit && few) drop = find_drop(r, object, material, &back, j);
-            if (plan->whole) drop = 0;
+            const uint8_t drop = lit ? find_drop(r, object, material, &back, j) : SHD_DROP_UNLIT;
             r->drops[r->given[j].index] |= drop;
             if (drop) continue;
             r->used[j] = true;
@@ -187,6 +193,7 @@ static bool find_lists(reach *r, shd_arena *arena) {
         }
         if (!join_group(r, object, list, count, arena)) return false;
     }
+    for (size_t j = 0; all_used && j < r->count; j++) r->used[j] = true;
     return true;
 }
 

@@ -25,6 +25,10 @@ typedef struct face {
 typedef struct gathering {
     shd_plan *plan;
     shd_sheets *sheets; /* [light_count] */
+    /* [light_count]: side by side, for most lights are looked at no closer; and whether a light has
+     * no place. */
+    shd_vec3 *places;
+    bool *everywhere;
     shd_arena *arena;
     bool full; /* or cancelled */
 } gathering;
@@ -52,23 +56,39 @@ static void keep_sheet(gathering *g, size_t light, const shd_sheet *sheet) {
         to->list[farthest] = *sheet;
 }
 
-static void look_at_face(gathering *g, const face *f) {
-    for (size_t j = 0; j < g->plan->light_count && !g->full; j++) {
-        const shd_plan_light *light = &g->plan->lights[j];
-        if (light->shape) continue; /* it is in no plane */
-        shd_vec3 toward = light->toward;
-        double in = IN_PLANE, near = NEAR_PLANE;
-        if (!light->directional) {
-            toward = shd_sub(light->position, f->point);
-            in *= shd_plan_length(light->position) + f->reach;
-            near *= shd_plan_length(toward) + f->size;
-        }
-        const double height = shd_dot(f->normal, toward);
-        const bool within = fabs(height) <= in;
-        if (!within && !(f->near && fabs(height) <= near)) continue;
-        keep_sheet(g, j,
-                   &(shd_sheet){f->normal, f->point, within ? 0 : height, f->reach + f->size});
+/* At least the length, without a root. */
+static double length_at_most(shd_vec3 v) {
+    return (fabs(v.x) + fabs(v.y) + fabs(v.z)) * (1 + 1e-9);
+}
+
+/* Whether a light's place is clear of the face's plane by any measure. */
+static bool is_clear(const face *f, shd_vec3 position) {
+    const shd_vec3 toward = shd_sub(position, f->point);
+    const double height = fabs(shd_dot(f->normal, toward)),
+                 in = length_at_most(position) + f->reach, near = length_at_most(toward) + f->size;
+    return height > IN_PLANE * (1 + 1e-9) * in &&
+           !(f->near && height <= NEAR_PLANE * (1 + 1e-9) * near);
+}
+
+static void look_at_light(gathering *g, const face *f, size_t j) {
+    const shd_plan_light *light = &g->plan->lights[j];
+    if (light->shape) return; /* it is in no plane */
+    shd_vec3 toward = light->toward;
+    double in = IN_PLANE, near = NEAR_PLANE;
+    if (!light->directional) {
+        toward = shd_sub(light->position, f->point);
+        in *= shd_plan_length(light->position) + f->reach;
+        near *= shd_plan_length(toward) + f->size;
     }
+    const double height = shd_dot(f->normal, toward);
+    const bool within = fabs(height) <= in;
+    if (!within && !(f->near && fabs(height) <= near)) return;
+    keep_sheet(g, j, &(shd_sheet){f->normal, f->point, within ? 0 : height, f->reach + f->size});
+}
+
+static void look_at_face(gathering *g, const face *f) {
+    for (size_t j = 0; j < g->plan->light_count && !g->full; j++)
+        if (g->everywhere[j] || !is_clear(f, g->places[j])) look_at_light(g, f, j);
 }
 
 /* Looks at the face of the shape's unit form with this normal and point. */
@@ -129,8 +149,14 @@ bool shd_plan_sheets(shd_plan *plan, shd_arena *arena) {
     const shd_scene *scene = plan->scene;
     gathering g = {.plan = plan,
                    .sheets = shd_arena_zalloc(arena, plan->light_count, sizeof *g.sheets),
+                   .places = shd_arena_alloc(arena, plan->light_count, sizeof *g.places),
+                   .everywhere = shd_arena_alloc(arena, plan->light_count, sizeof *g.everywhere),
                    .arena = arena};
-    if (!g.sheets) return false;
+    if (!g.sheets || !g.places || !g.everywhere) return false;
+    for (size_t j = 0; j < plan->light_count; j++) {
+        g.places[j] = plan->lights[j].position;
+        g.everywhere[j] = plan->lights[j].directional;
+    }
     /* All objects are looked at, whatever lights their lists have, so that lists change no bit. */
     for (size_t i = 0; i < scene->object_count && !g.full; i++) {
         g.full = shd_is_cancelled(plan->cancelled);

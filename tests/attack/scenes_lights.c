@@ -88,6 +88,62 @@ void write_lamps(FILE *out, uint64_t *random, const char *accuracy) {
     put_end(out, random);
 }
 
+/* Lamps above a plane or a disc that fall off in all ways: so many, and most of them so far, that
+ * what they add is told for many together. Some are near, all over or all on one side, and some
+ * weak. */
+void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
+    static const char *const falls[] = {"[1, 0, 0]", "[0, 0, 1]", "[0, 1, 0]", "[1, 0.2, 0.5]",
+                                        "[0.1, 0, 1]"};
+    put_frame(out, random, accuracy, (frame){20, 4, NULL, NULL});
+    const int count = (int)decades(random, 100, 350), one = one_of(random, 6);
+    const double far = decades(random, 4, 200), bright = decades(random, 0.3, 3);
+    const bool grey = one_of(random, 2), aside = one_of(random, 3) == 0;
+    for (int i = 0; i < count; i++) {
+        const int fall = one < 5 ? one : one_of(random, 5);
+        const double away =
+            one_of(random, 20) ? far * between(random, 0.5, 2) : decades(random, 1, 9);
+        xyz at = any_direction(random);
+        at.z = fabs(at.z);
+        if (aside) at = sum_of((xyz){0.5, 0.5, 0.3}, scaled_by(at, 0.1));
+        at = scaled_by(at, away);
+        const double squared = at.x * at.x + at.y * at.y + at.z * at.z;
+        const double fallen = fall == 0 ? 1 : fall == 2 ? 1 / sqrt(squared) : 1 / squared;
+        const bool spot = one_of(random, 8) == 0;
+        fprintf(out, "%s{\"type\": \"%s\", \"attenuation\": %s, \"intensity\": %.17g, ",
+                i ? ", " : "", spot ? "spot" : "point", falls[fall],
+                decades(random, 0.3, 3) * bright / count / fallen);
+        if (spot) { /* the picture is in its cone, or at its rim */
+            fprintf(out, "\"angle\": %.17g, \"penumbra\": %.17g, ",
+                    atan(decades(random, 1, 4) / away) / RADIAN, between(random, 0, 0.5));
+            put_vector(out, "direction", scaled_by(at, -1));
+            fputs(", ", out);
+        }
+        if (!grey) put_color(out, "color", random, 1);
+        if (!grey) fputs(", ", out);
+        if (one_of(random, 30) == 0) fprintf(out, "\"minDistance\": %.17g, ", sqrt(squared));
+        put_vector(out, "position", at);
+        fputs("}", out);
+    }
+    put_objects(out);
+    fprintf(out, "{\"type\": \"%s\", ", one_of(random, 2) ? "plane" : "disc");
+    if (one_of(random, 3))
+        fprintf(out, "\"material\": {\"diffuse\": %.17g, \"specular\": %.17g, \"shininess\": 300}",
+                between(random, 0.1, 1), one_of(random, 2) ? between(random, 0, 0.5) : 0);
+    else
+        put_material(out, random, 1, 300);
+    fprintf(out, ", \"transform\": {\"rotate\": [%.17g, 0, 0]}}",
+            one_of(random, 2) ? 90 : between(random, 50, 130));
+    if (one_of(random, 3) == 0) {
+        fputs(", {", out);
+        put_shape(out, random, 0.6);
+        put_material(out, random, 1, 300);
+        fputs(", ", out);
+        put_turn(out, random, ONE, ORIGIN);
+        fputs("}", out);
+    }
+    put_end(out, random);
+}
+
 /* Lights in planes, to within rounding: in that of a flat face of a turned and moved object. */
 void write_inplane(FILE *out, uint64_t *random, const char *accuracy) {
     static const char *const flats[] = {"disc", "plane", "box", "cylinder", "cone"};

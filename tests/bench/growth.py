@@ -87,6 +87,23 @@ def pictures(samples):
     return spheres(10000, size=512 if samples == 1 else 64, samples=samples)
 
 
+def lamps(count, **more):
+    """Over a plane and 200 spheres, as bright together whatever their number."""
+    draw = random.Random(SEED)
+    balls = [colored("sphere", i, radius=0.1, transform={"translate": rounded(
+        (draw.uniform(-3, 3), 0.1, draw.uniform(-4, 2)))}) for i in range(200)]
+    lights = [{"type": "point", "attenuation": [0, 0, 1], "intensity": round(40 / count, 9),
+               "position": rounded((draw.uniform(-12, 12), draw.uniform(1, 3),
+                                    draw.uniform(-16, 8)))} for _ in range(count)]
+    lights[0] = {**LAMP, "intensity": 0.2}
+    return {**scene([{"type": "plane", "material": {"diffuse": 0.7}}, *balls]),
+            "camera": {"position": [0, 4, 8], "target": [0, 0, 0]}, "lights": lights, **more}
+
+
+def lamps_on_budget(count):
+    return lamps(count, accuracy={"maxError": 0.5})
+
+
 # What is grown: in words, by which numbers, and how much more ten times (or all) may cost.
 ROWS = (
     ("spheres of equal coverage", spheres, (100, 1000, 10000), None, 3),
@@ -94,6 +111,9 @@ ROWS = (
     ("meshes of a triangle, one before the other, nearest first", stack, (10, 100, 1000), 3, None),
     ("the same, farthest first", heap, (10, 100, 1000), 3, None),
     ("small triangles of equal coverage, one mesh", cloud, (100, 1000, 10000), 3, None),
+    ("lamps over a plane and 200 spheres", lamps, (1, 16, 256, 1024, 10000), None, None),
+    ("the same with a budget of 0.5 CIEDE2000", lamps_on_budget, (1, 16, 256, 1024, 10000), None,
+     None),
     ("10,000 spheres: 512x512 with 1 sample, 64x64 with 64", pictures, (1, 64), None, None),
 )
 

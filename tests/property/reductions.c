@@ -243,7 +243,8 @@ static void check_patch(const sampled *s, size_t first, size_t count, double tol
     const shd_patch patch = patch_of(s, first, count);
     uint32_t list[64];
     size_t left = shd_plan_cull(plan, &patch, object->lights, object->light_count, list);
-    left = shd_drop_weakest(plan, index, &patch, tolerance, list, left);
+    const double room = shd_patch_room(plan, index, &patch, tolerance, list, left);
+    left = shd_drop_weakest(plan, index, &patch, room, list, left);
     *given += object->light_count;
     *kept += left;
     for (size_t k = 1; k < left; k++) assert_true(list[k - 1] < list[k]);
@@ -272,7 +273,8 @@ static void check_budget(const sampled *s, const shd_plan *plan, size_t first, s
     const shd_patch patch = patch_of(s, first, count);
     uint32_t list[64];
     size_t left = shd_plan_cull(plan, &patch, object->lights, object->light_count, list);
-    left = shd_drop_weakest(plan, index, &patch, plan->drop_tolerance, list, left);
+    const double room = shd_patch_room(plan, index, &patch, plan->drop_tolerance, list, left);
+    left = shd_drop_weakest(plan, index, &patch, room, list, left);
     *given += object->light_count;
     *kept += left;
     for (size_t i = first; i < first + count; i++) {

@@ -5,9 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "bound/light/error.h"
-#include "bound/light/misplaced.h"
-#include "bound/light/terms.h"
+#include "bound/light/finding.h"
 #include "plan/textures.h"
 
 enum {
@@ -15,143 +13,6 @@ enum {
     MOST_LOOKS = 1024,    /* pairs of pieces and lights that are looked at, some 40 ns each */
     LIGHTS_AT_ONCE = 64   /* between looks at the flag that cancels; each has up to 65 lobes */
 };
-
-/* What rounding to f32 moves a position by, in the frame's unit: half an ulp below 2 in three
- * coordinates. A light with larger coordinates is moved by as much more. */
-static const double POSITION = 1.1e-7;
-
-/* A light as it comes to an object. */
-typedef struct source {
-    const shd_plan_light *light;
-    const shd_path_error *error;
-    size_t term;     /* the first of its terms */
-    double strength; /* these times it are the light */
-    double least;    /* no point of the object is nearer */
-    /* near / distance + far is the direction's error, and half the distance's relative error. */
-    double near, far;
-} source;
-
-typedef struct finding {
-    const shd_plan *plan;
-    shd_tier tier;
-    shd_excess_list *list;
-    shd_influences *influences; /* or NULL */
-    shd_hues hues;
-    double *beside; /* [light_count]: no point that is seen is nearer to the light */
-    int fineness;
-    /* Of the object in question: */
-    shd_terms terms;
-    const shd_term *kept; /* a copy of the terms that stays; NULL: they are too many */
-    source *sources;      /* [light_count] */
-    shd_misplaced misplaced;
-    shd_lobe_error *lobes; /* [max_lobes] */
-    shd_piece *pieces;     /* [SHD_MOST_PIECES] */
-    /* Of its piece in question: */
-    shd_much *much;         /* [terms] */
-    double ratio, distance; /* relative errors of highlights, and of what depends on distances */
-} finding;
-
-/* ---- A light at a piece. ---- */
-
-static shd_path path_of(const shd_plan_light *light) {
-    return light->directional                 ? SHD_PATH_DIRECTIONAL
-           : light->attenuated || light->spot ? SHD_PATH_ATTENUATED
-                                              : SHD_PATH_POINT;
-}
-
-static source source_of(const finding *f, const shd_plan_object *object, uint32_t index,
-                        const shd_place *place) {
-    const shd_plan *plan = f->plan;
-    const shd_plan_light *light = &plan->lights[index];
-    source s = {.light = light,
-                .error = shd_path_error_of(f->tier, path_of(light)),
-                .term = f->terms.first[f->hues.of_light[index]],
-                .strength = f->hues.strength[index]};
-    if (light->directional) return s;
-    s.least = shd_least_distance(place, light->position);
-    /* Facets are lit at points that nobody sees, too. */
-    if (place->object->interpolation == SHD_PHONG) s.least = shd_larger(s.least, f->beside[index]);
-    if (f->tier == SHD_EXACT) return s;
-    /* The exact tier rounds points where they are in the world. */
-    const double away = object->bounded ? shd_plan_length(object->center) + object->radius
-                                        : shd_plan_length(light->position);
-    s.near = SHD_HIT_ROUNDING * (2 * shd_plan_length(place->object->transform.origin) + away);
-    /* A plane's coordinates grow with the distance. */
-    if (!object->bounded) s.far = SHD_HIT_ROUNDING;
-    if (plan->split_positions) return s;
-    const double from_origin = shd_plan_length(shd_sub(light->position, plan->origin));
-    s.near +=
-        POSITION * shd_plan_size(plan, object, light) / plan->scale + POSITION / 2 * from_origin;
-    if (!object->bounded) s.far = POSITION;
-    return s;
-}
-
-/* Adds what it changes of a light that points are elsewhere and their normals turned. */
-static void add_misplaced(const finding *f, const shd_plan_material *material, const source *from,
-                          const shd_piece *piece, const shd_lit *lit) {
-    const double high = from->strength * lit->factor_high, turned = f->misplaced.turned;
-    double beyond;
-    const double moved =
-        shd_misplaced_at(f->plan->scene, &f->misplaced, piece, from->light, lit->nearest, &beyond);
-    const double distance = from->light->attenuated ? 2 * moved : 0;
-    shd_much *to = &f->much[from->term];
-    to->misplaced += high * (moved + beyond + turned + distance * lit->facing_high);
-    for (size_t k = 0; k < material->lobe_count; k++) {
-        const double most = shd_shine_most(lit->shine_high, material->lobes[k].shininess);
-        shd_lobe_error turning = f->lobes[k];
-        turning.square = 0; /* it is of the kernels' own rounding */
-        to++;
-        to->misplaced += high * (distance * most + shd_lobe_turned(&turning, lit->shine_high, most,
-                                                                   moved + 2 * turned));
-    }
-}
-
-/* Adds the light to the terms. Returns the most that it adds to any channel. */
-static double add_light_error(finding *f, const shd_plan_material *material, const source *from,
-                              const shd_lit *lit) {
-    const shd_plan_light *light = from->light;
-    const shd_path_error *e = from->error;
-    double position = from->far + (from->near > 0 ? from->near / lit->nearest : 0);
-    position = position < 1 ? position : 1;
-    const double direction = e->direction + position;
-    const double distance = e->relative + (light->attenuated ? 2 * position : 0);
-    f->distance = shd_larger(f->distance, distance);
-    const double high = from->strength * lit->factor_high, low = from->strength * lit->factor_low;
-    double seen[3], spot = 0;
-    /* A low s makes the errors low that it multiplies, but not its own. */
-    if (light->spot && !light->steep && f->tier != SHD_EXACT)
-        spot = from->strength * lit->fall_high *
-               shd_spot_error(f->tier, light, lit->axis_low, lit->axis_high, position);
-    shd_much *to = &f->much[from->term];
-    const shd_term *term = &f->terms.list[from->term];
-    for (int c = 0; c < 3; c++) seen[c] = term->color[c] * high * lit->facing_high;
-    to->low += low * lit->facing_low;
-    to->high += high * lit->facing_high;
-    to->absolute += high * (e->facing + position) + spot;
-    to->limited += high * distance * lit->facing_high;
-    for (size_t k = 0; k < material->lobe_count; k++) {
-        const double shininess = material->lobes[k].shininess;
-        const shd_lobe_error *error = &f->lobes[k];
-        const double most = shd_shine_most(lit->shine_high, shininess);
-        const double turned = shd_lobe_turned(error, lit->shine_high, most, direction);
-        const double functions = shd_lobe_functions(error, most);
-        /* An error that is not in proportion to the lobe is absolute. */
-        const bool relative = error->turned_ratio < INFINITY;
-        const double wrong = relative ? shd_lobe_sum(turned, functions) : functions;
-        const double faint =
-            shd_lobe_faint(error, most) + shd_lobe_foot(error, lit->shine_high, most, direction);
-        f->ratio = shd_larger(f->ratio, shd_lobe_ratio(error, direction));
-        to++;
-        term++;
-        for (int c = 0; c < 3; c++) seen[c] += term->color[c] * high * most;
-        if (low > 0 && lit->shine_low > 0)
-            to->low += low * shd_shine_least(lit->shine_low, shininess);
-        to->high += high * most;
-        to->absolute += high * faint + spot;
-        to->limited += high * shd_smaller(wrong + distance * most, 1);
-    }
-    return shd_larger(shd_larger(seen[0], seen[1]), seen[2]);
-}
 
 /* ---- The colors that there are. ---- */
 
@@ -163,7 +24,7 @@ static void add_parts(shd_parts *to, const shd_parts *from) {
 }
 
 /* A pixel that mixes samples has a color between all that there are. */
-static void finish_parts(const finding *f, const shd_parts *all) {
+static void finish_parts(const shd_finding *f, const shd_parts *all) {
     shd_excess_list *list = f->list;
     for (size_t i = 0; i < list->count; i++) {
         shd_excess *e = &list->excess[i];
@@ -184,7 +45,7 @@ static void take_larger(double *to, const double *from, size_t count) {
 }
 
 /* Keeps how much there is of each term with an excess of the list. */
-static void keep_terms(const finding *f, shd_excess *to, bool fresh) {
+static void keep_terms(const shd_finding *f, shd_excess *to, bool fresh) {
     shd_much *kept = f->list->much[to - f->list->excess];
     if (to->terms != f->kept) to->terms = NULL;
     assert(!to->terms || to->term_count <= SHD_MOST_TERMS);
@@ -233,7 +94,7 @@ static int brightness_step(const double color[3]) {
 
 /* The excess that a piece's errors are counted in: of its material, and as dark and as bright as
  * the piece. If there is none and no room for another, it is the nearest. */
-static shd_excess *slot_of(const finding *f, const shd_excess *sum, bool *fresh) {
+static shd_excess *slot_of(const shd_finding *f, const shd_excess *sum, bool *fresh) {
     shd_excess_list *list = f->list;
     shd_excess *nearest = NULL;
     int least = 0;
@@ -247,8 +108,13 @@ static shd_excess *slot_of(const finding *f, const shd_excess *sum, bool *fresh)
     return *fresh ? &list->excess[list->count++] : nearest;
 }
 
+/* Whether the object's lights are looked at by clusters of all lights. */
+static bool is_clustered(const shd_finding *f, const shd_plan_object *object) {
+    return f->crowded && object->bounded && object->light_count == f->plan->light_count;
+}
+
 /* Finds all about an object but its pieces. Its group has its material and terms. False: memory. */
-static bool find_object(finding *f, size_t index, bool same_group, bool few, shd_arena *arena) {
+static bool find_object(shd_finding *f, size_t index, bool same_group, bool few, shd_arena *arena) {
     const shd_plan *plan = f->plan;
     const shd_plan_object *object = &plan->objects[index];
     const shd_plan_material *material = &plan->materials[object->material];
@@ -258,22 +124,22 @@ static bool find_object(finding *f, size_t index, bool same_group, bool few, shd
             f->lobes[k] = shd_lobe_error_of(f->tier, material->lobes[k].shininess, lights);
         shd_terms_set(plan, &f->hues, &plan->groups[object->group], &f->terms);
         f->kept = NULL;
-        if (f->terms.count <= SHD_MOST_TERMS && f->list->count < SHD_EXCESSES) {
+        if (!f->terms.least && f->terms.count <= SHD_MOST_TERMS && f->list->count < SHD_EXCESSES) {
             shd_term *kept = shd_arena_alloc(arena, f->terms.count, sizeof *kept);
             if (!kept) return false;
             f->kept = memcpy(kept, f->terms.list, f->terms.count * sizeof *kept);
         }
     }
-    shd_place place = shd_place_of(&plan->scene->objects[index], object);
-    place.known = place.known && few;
-    f->misplaced = shd_misplaced_of(plan->scene, &place);
-    for (size_t k = 0; k < object->light_count; k++)
-        f->sources[k] = source_of(f, object, object->lights[k], &place);
+    f->place = shd_place_of(&plan->scene->objects[index], object);
+    f->place.known = f->place.known && few;
+    f->misplaced = shd_misplaced_of(plan->scene, &f->place);
+    for (size_t k = 0; k < object->light_count && !is_clustered(f, object); k++)
+        f->sources[k] = shd_source_of(f, object, object->lights[k]);
     return true;
 }
 
 /* Sums up the terms: their colors and errors. */
-static void sum_terms(const finding *f, const shd_plan_material *material, shd_excess *to) {
+static void sum_terms(const shd_finding *f, const shd_plan_material *material, shd_excess *to) {
     const size_t stride = 1 + material->lobe_count;
     double low[4] = {0}, high[4] = {0}, absolute[4] = {0}, limited[4] = {0}, base[4] = {0};
     for (size_t i = 0; i < f->terms.count; i++) {
@@ -298,7 +164,7 @@ static void sum_terms(const finding *f, const shd_plan_material *material, shd_e
 }
 
 /* The largest error of a channel because points are elsewhere. */
-static double misplaced_of(const finding *f) {
+static double misplaced_of(const shd_finding *f) {
     double sum[3] = {0};
     for (size_t i = 1; i < f->terms.count; i++)
         for (int c = 0; c < 3; c++) sum[c] += f->terms.list[i].color[c] * f->much[i].misplaced;
@@ -306,14 +172,17 @@ static double misplaced_of(const finding *f) {
 }
 
 /* Finds the errors beside the main direction. Each term errs for itself. */
-static void part_errors(const finding *f, shd_excess *to) {
+static void part_errors(const shd_finding *f, shd_excess *to) {
     const double main[4] = {to->main[0], to->main[1], to->main[2], 0};
     double absolute[4] = {0}, limited[4] = {0};
     for (size_t i = 1; i < f->terms.count; i++) {
         const double *color = f->terms.list[i].color;
         const shd_much much = f->much[i];
         double beside[4];
-        for (int c = 0; c < 4; c++) beside[c] = fabs(color[c] - color[3] * main[c]);
+        const double *least = f->terms.least ? f->terms.least[i] : color;
+        for (int c = 0; c < 4; c++)
+            beside[c] = shd_larger(fabs(color[c] - least[3] * main[c]),
+                                   fabs(least[c] - color[3] * main[c]));
         for (int c = 0; c < 4; c++) absolute[c] += much.absolute * beside[c];
         for (int c = 0; c < 4; c++) limited[c] += much.limited * beside[c];
     }
@@ -322,22 +191,17 @@ static void part_errors(const finding *f, shd_excess *to) {
 }
 
 /* Counts the errors of all of an object's lights at one of its pieces. */
-static void add_piece_error(finding *f, const shd_plan_object *object, const shd_piece *piece,
+static void add_piece_error(shd_finding *f, const shd_plan_object *object, const shd_piece *piece,
                             double *influences) {
     const shd_plan *plan = f->plan;
     const shd_plan_material *material = &plan->materials[object->material];
     memset(f->much, 0, f->terms.count * sizeof *f->much);
     f->much[0] = (shd_much){.low = 1, .high = 1};
     f->ratio = f->distance = 0;
-    for (size_t i = 0; i < object->light_count; i++) {
-        shd_lit lit;
+    if (is_clustered(f, object)) shd_add_clusters(f, object, piece, influences);
+    for (size_t i = 0; i < object->light_count && !is_clustered(f, object); i++) {
         if (i % LIGHTS_AT_ONCE == 0 && shd_is_cancelled(plan->cancelled)) return;
-        const source *from = &f->sources[i];
-        if (!shd_piece_lit(plan->scene, piece, from->light, from->least, &lit)) continue;
-        const double most = add_light_error(f, material, from, &lit);
-        add_misplaced(f, material, from, piece, &lit);
-        if (influences)
-            influences[object->lights[i]] = shd_larger(influences[object->lights[i]], most);
+        shd_add_light(f, material, &f->sources[i], object->lights[i], piece, influences);
     }
     shd_excess sum = {.ratio = f->ratio,
                       .distance = f->distance,
@@ -371,25 +235,29 @@ static void add_piece_error(finding *f, const shd_plan_object *object, const shd
     keep_terms(f, to, fresh);
 }
 
-/* How finely objects are looked at. About half of a solid's pieces may be seen. */
-static int fineness_of(const shd_plan *plan) {
+static double count_pairs(const shd_plan *plan) {
     double pairs = 0;
     for (size_t i = 0; i < plan->scene->object_count; i++)
         pairs += (double)plan->objects[i].light_count;
+    return pairs;
+}
+
+/* How finely objects are looked at. About half of a solid's pieces may be seen. */
+static int fineness_of(double pairs) {
     int fineness = 3;
     while (fineness > 0 && 3 * fineness * fineness * pairs > MOST_LOOKS) fineness--;
     return fineness;
 }
 
 /* Makes a row for each piece if these are few, else one for all. False: memory. */
-static bool next_row(const finding *f, shd_arena *arena) {
+static bool next_row(const shd_finding *f, shd_arena *arena) {
     shd_influences *in = f->influences;
     if (!in || (in->count && f->fineness == 0)) return true;
     in->rows[in->count] = shd_arena_zalloc(arena, f->plan->light_count, sizeof **in->rows);
     return in->rows[in->count++];
 }
 
-static bool add_objects(finding *f, shd_arena *arena) {
+static bool add_objects(shd_finding *f, shd_arena *arena) {
     const shd_plan *plan = f->plan;
     const shd_scene *scene = plan->scene;
     shd_parts all = SHD_NO_PARTS;
@@ -423,6 +291,8 @@ static bool add_objects(finding *f, shd_arena *arena) {
             add_piece_error(f, object, &f->pieces[p], in ? in->rows[in->count - 1] : NULL);
         }
     }
+    if (f->crowded && f->influences && f->influences->count)
+        shd_clusters_influence(plan, &f->hues, &f->clusters, f->influences->rows[0]);
     f->list->nonnegative = !negative;
     finish_parts(f, &all);
     return true;
@@ -430,22 +300,25 @@ static bool add_objects(finding *f, shd_arena *arena) {
 
 bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out,
                      shd_influences *influences) {
-    finding f = {.plan = plan,
-                 .tier = tier,
-                 .list = out,
-                 .influences = influences,
-                 .sources = shd_arena_alloc(arena, plan->light_count, sizeof(source)),
-                 .beside = shd_arena_zalloc(arena, plan->light_count, sizeof(double)),
-                 .lobes = shd_arena_alloc(arena, plan->max_lobes, sizeof(shd_lobe_error)),
-                 .pieces = shd_arena_alloc(arena, SHD_MOST_PIECES, sizeof(shd_piece)),
-                 .fineness = fineness_of(plan)};
+    const double pairs = count_pairs(plan);
+    shd_finding f = {.plan = plan,
+                     .tier = tier,
+                     .list = out,
+                     .influences = influences,
+                     .sources = shd_arena_alloc(arena, plan->light_count, sizeof(shd_source)),
+                     .beside = shd_arena_zalloc(arena, plan->light_count, sizeof(double)),
+                     .lobes = shd_arena_alloc(arena, plan->max_lobes, sizeof(shd_lobe_error)),
+                     .pieces = shd_arena_alloc(arena, SHD_MOST_PIECES, sizeof(shd_piece)),
+                     .fineness = fineness_of(pairs),
+                     .crowded = pairs > MOST_PAIRS};
     if (!f.sources || !f.beside || !f.lobes || !f.pieces ||
-        !shd_terms_new(plan, arena, &f.hues, &f.terms))
+        !shd_terms_new(plan, f.crowded, arena, &f.hues, &f.terms))
         return false;
     f.much = shd_arena_alloc(arena, 1 + f.hues.count * (1 + plan->max_lobes), sizeof(shd_much));
     for (size_t j = 0; j < plan->light_count; j++)
         if (!plan->lights[j].directional)
             f.beside[j] = shd_ray_distance(plan->scene, plan->lights[j].position);
+    if (f.crowded && !shd_clusters_new(plan, &f.hues, f.beside, arena, &f.clusters)) return false;
     if (influences) {
         const size_t rows = f.fineness ? SHD_MOST_PIECES * plan->scene->object_count : 1;
         *influences = (shd_influences){0, shd_arena_alloc(arena, rows, sizeof(double *))};

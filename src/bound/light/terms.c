@@ -42,12 +42,54 @@ static bool find_hues(const shd_plan *plan, shd_arena *arena, shd_hues *out) {
     return true;
 }
 
-bool shd_terms_new(const shd_plan *plan, shd_arena *arena, shd_hues *hues, shd_terms *out) {
+/* Makes lumps of hues that are much alike: those in the same third of what red may be of a color,
+ * and of what green may be. */
+static bool lump_hues(const shd_plan *plan, shd_arena *arena, shd_hues *hues) {
+    enum { THIRDS = 3, LUMPS = THIRDS * THIRDS };
+    static const double BEYOND = 1e-12; /* more than what a hue is off by rounding, and by SAME */
+    uint32_t number[LUMPS] = {0};       /* plus one */
+    double(*most)[3] = shd_arena_zalloc(arena, LUMPS, sizeof *most);
+    hues->least = shd_arena_alloc(arena, LUMPS, sizeof *hues->least);
+    if (!most || !hues->least) return false;
+    uint32_t count = 0;
+    for (size_t j = 0; j < plan->light_count; j++) {
+        const double *hue = hues->color[hues->of_light[j]];
+        const int red = (int)shd_smaller(THIRDS * hue[0], THIRDS - 1),
+                  green = (int)shd_smaller(THIRDS * hue[1], THIRDS - 1);
+        uint32_t *lump = &number[THIRDS * red + green];
+        if (!*lump) {
+            *lump = ++count;
+            for (int c = 0; c < 3; c++) hues->least[count - 1][c] = INFINITY;
+        }
+        for (int c = 0; c < 3; c++) {
+            most[*lump - 1][c] = shd_larger(most[*lump - 1][c], hue[c] + 2 * BEYOND);
+            hues->least[*lump - 1][c] =
+                shd_smaller(hues->least[*lump - 1][c], shd_larger(hue[c] - 2 * BEYOND, 0));
+        }
+        hues->of_light[j] = *lump - 1;
+    }
+    /* No more of the lump's most color than the light's own one needs, which is still between. */
+    for (size_t j = 0; j < plan->light_count; j++) {
+        const double *lump = most[hues->of_light[j]], *color = plan->lights[j].color;
+        double strength = 0;
+        for (int c = 0; c < 3; c++) strength = shd_larger(strength, fabs(color[c]) / lump[c]);
+        hues->strength[j] = strength;
+    }
+    hues->color = most;
+    hues->count = count;
+    return true;
+}
+
+bool shd_terms_new(const shd_plan *plan, bool lump, shd_arena *arena, shd_hues *hues,
+                   shd_terms *out) {
     if (!find_hues(plan, arena, hues)) return false;
+    lump = lump && hues->count > MOST_COMPARED;
+    if (lump && !lump_hues(plan, arena, hues)) return false;
     const size_t most = 1 + hues->count * (1 + plan->max_lobes);
     *out = (shd_terms){.list = shd_arena_alloc(arena, most, sizeof *out->list),
+                       .least = lump ? shd_arena_alloc(arena, most, sizeof *out->least) : NULL,
                        .first = shd_arena_zalloc(arena, hues->count, sizeof *out->first)};
-    return out->list && out->first;
+    return out->list && out->first && (!lump || out->least);
 }
 
 void shd_parts_note(shd_parts *parts, const double color[3]) {
@@ -59,15 +101,38 @@ void shd_parts_note(shd_parts *parts, const double color[3]) {
     }
 }
 
-static void list_term(shd_terms *to, const double material[3], const double light[3]) {
+/* Widens parts by those of all colors between the two. */
+static void note_parts_between(shd_parts *parts, const double least[4], const double most[4]) {
+    if (!(most[3] > 0) || !isfinite(most[3])) return;
+    for (int c = 0; c < 3; c++) {
+        const double high = most[c] + (least[3] - least[c]), low = least[c] + (most[3] - most[c]);
+        const double largest = high > 0 ? most[c] / high : 1,
+                     smallest = low > 0 ? least[c] / low : 0;
+        parts->least[c] = shd_smaller(parts->least[c], shd_larger(smallest - 1e-9, 0));
+        parts->most[c] = shd_larger(parts->most[c], shd_smaller(largest + 1e-9, 1));
+    }
+}
+
+/* `least`: the light's least color if it is a lump's; or NULL. */
+static void list_term(shd_terms *to, const double material[3], const double light[3],
+                      const double *least) {
     const size_t index = to->count++;
     shd_term *term = &to->list[index];
     for (int c = 0; c < 3; c++) term->color[c] = fabs(material[c]) * light[c];
     const double sum = term->color[3] = term->color[0] + term->color[1] + term->color[2];
     to->negative |= shd_is_negative(material);
+    double *low = to->least ? to->least[index] : NULL;
+    if (low) {
+        low[3] = 0;
+        for (int c = 0; c < 3; c++)
+            low[3] += low[c] = fabs(material[c]) * (least ? least[c] : light[c]);
+    }
     if (!(sum > 0) || !isfinite(sum)) return;
     for (int c = 0; c < 3; c++) term->part[c] = term->color[c] / sum;
-    shd_parts_note(&to->parts, term->color);
+    if (low)
+        note_parts_between(&to->parts, low, term->color);
+    else
+        shd_parts_note(&to->parts, term->color);
     if (to->mixed < SHD_MOST_MIXED) to->mixed_list[to->mixed] = (uint32_t)index;
     to->mixed++;
 }
@@ -80,16 +145,20 @@ void shd_terms_set(const shd_plan *plan, const shd_hues *hues, const shd_plan_gr
     to->count = to->mixed = 0;
     to->negative = false;
     to->parts = SHD_NO_PARTS;
-    list_term(to, material->constant, white);
-    for (size_t i = 0; i < group->light_count; i++) {
-        const uint32_t hue = hues->of_light[group->lights[i]];
+    list_term(to, material->constant, white, NULL);
+    /* Hues are in the order of their first lights. */
+    const bool all = group->light_count == plan->light_count;
+    const size_t count = all ? hues->count : group->light_count;
+    for (size_t i = 0; i < count; i++) {
+        const uint32_t hue = all ? (uint32_t)i : hues->of_light[group->lights[i]];
+        const double *least = hues->least ? hues->least[hue] : NULL;
         if (to->first[hue]) continue;
         to->first[hue] = (uint32_t)to->count;
-        list_term(to, material->diffuse, hues->color[hue]);
+        list_term(to, material->diffuse, hues->color[hue], least);
         for (size_t k = 0; k < material->lobe_count; k++)
-            list_term(to, material->lobes[k].specular, hues->color[hue]);
+            list_term(to, material->lobes[k].specular, hues->color[hue], least);
     }
-    if (to->mixed > SHD_MOST_MIXED) to->mixed = 0;
+    if (to->mixed > SHD_MOST_MIXED || to->least) to->mixed = 0;
     for (int c = 0; c < 3; c++)
         for (size_t i = 0; i < to->mixed; i++) {
             const double part = to->list[to->mixed_list[i]].part[c];

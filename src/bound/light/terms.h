@@ -7,6 +7,9 @@
 typedef struct shd_hues {
     size_t count;
     double (*color)[3]; /* [count]: the sum of the components' sizes is 1, or 0 for black */
+    /* [count]: hues are lumps of such hues, of which `color` is the most, and this the least; NULL:
+     * they are not. */
+    double (*least)[3];
     uint32_t *of_light; /* [plan->light_count] */
     double *strength;   /* [plan->light_count]: hue times strength is the color's absolute value */
     bool negative;      /* some light has a component below 0 */
@@ -19,7 +22,10 @@ enum { SHD_MOST_MIXED = 40 };
  * behind it for the highlight of each lobe. */
 typedef struct shd_terms {
     size_t count;
-    shd_term *list;  /* [1 + hues (1 + max_lobes)] */
+    shd_term *list; /* [1 + hues (1 + max_lobes)] */
+    /* As `list`: the least color of each term, of lumps. NULL: there are none, and a term has one
+     * color. */
+    double (*least)[4];
     uint32_t *first; /* [hues]; 0: the object has no light of the hue */
     bool negative;   /* the material has a component below 0 */
     shd_parts parts; /* of all terms */
@@ -28,8 +34,10 @@ typedef struct shd_terms {
     uint8_t order[3][SHD_MOST_MIXED]; /* for each channel: `mixed_list` by its part, most first */
 } shd_terms;
 
-/* Finds the hues, and makes room for the terms of any object. False: memory. */
-bool shd_terms_new(const shd_plan *plan, shd_arena *arena, shd_hues *hues, shd_terms *out);
+/* Finds the hues, and makes room for the terms of any object. With `lump`, there are few of them in
+ * any case. False: memory. */
+bool shd_terms_new(const shd_plan *plan, bool lump, shd_arena *arena, shd_hues *hues,
+                   shd_terms *out);
 
 /* Sets the terms of a group's objects. */
 void shd_terms_set(const shd_plan *plan, const shd_hues *hues, const shd_plan_group *group,

@@ -3,11 +3,11 @@
 #include "bound/light/pieces.h"
 
 enum {
-    STEPS = 64,      /* powers of two, by which one pass over the lights sorts them well enough */
+    STEPS = SHD_STRENGTH_STEPS,
     MOST_KNOWN = 256 /* lights of which it is kept how much they add */
 };
 
-static int strength_step(double most, double tolerance) {
+int shd_strength_step(double most, double tolerance) {
     if (!(most <= tolerance)) return STEPS; /* also if it is not a number */
     const double share = most / tolerance;
     if (share == 0) return 0; /* it has no exponent */
@@ -39,32 +39,38 @@ static double least_seen(const shd_plan *plan, const shd_plan_material *material
     return least > 0 ? least * (1 - 1e-3) : 0; /* less the picture's own errors */
 }
 
+double shd_patch_room(const shd_plan *plan, size_t object, const shd_patch *patch, double tolerance,
+                      const uint32_t *lights, size_t count) {
+    const shd_plan_material *material = &plan->materials[plan->objects[object].material];
+    if (tolerance > 0 && plan->drop_relative > 0)
+        tolerance += plan->drop_relative * least_seen(plan, material, patch, lights, count);
+    return tolerance;
+}
+
 /* Drops whole steps of lights as long as they fit, the weakest first, and then as many lights of
  * the next step as fit, in their order. */
-size_t shd_drop_weakest(const shd_plan *plan, size_t object, const shd_patch *patch,
-                        double tolerance, uint32_t *lights, size_t count) {
-    if (!(tolerance > 0)) return count;
+size_t shd_drop_weakest(const shd_plan *plan, size_t object, const shd_patch *patch, double room,
+                        uint32_t *lights, size_t count) {
+    if (!(room > 0)) return count;
     const shd_plan_material *material = &plan->materials[plan->objects[object].material];
-    if (plan->drop_relative > 0)
-        tolerance += plan->drop_relative * least_seen(plan, material, patch, lights, count);
     const shd_piece piece = shd_piece_of(plan->scene, patch);
     double known[MOST_KNOWN], sums[STEPS] = {0};
     for (size_t i = 0; i < count; i++) {
         const double most =
             shd_piece_most(plan->scene, &piece, material, &plan->lights[lights[i]], 0);
         if (i < MOST_KNOWN) known[i] = most;
-        const int step = strength_step(most, tolerance);
+        const int step = shd_strength_step(most, room);
         if (step < STEPS) sums[step] += most;
     }
     int full = 0;
-    double left = tolerance * (1 - 1e-9); /* for the sums' own rounding */
+    double left = room * (1 - 1e-9); /* for the sums' own rounding */
     while (full < STEPS && sums[full] <= left) left -= sums[full++];
     size_t kept = 0;
     for (size_t i = 0; i < count; i++) {
         const shd_plan_light *light = &plan->lights[lights[i]];
         const double most =
             i < MOST_KNOWN ? known[i] : shd_piece_most(plan->scene, &piece, material, light, 0);
-        const int step = strength_step(most, tolerance);
+        const int step = shd_strength_step(most, room);
         if (step == full && step < STEPS && most <= left)
             left -= most;
         else if (step >= full)

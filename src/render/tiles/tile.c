@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "bound/light/weakest.h"
+#include "render/tiles/far.h"
 #include "render/tiles/film.h"
 #include "render/tiles/radiance.h"
 #include "render/tiles/shots.h"
@@ -169,6 +170,8 @@ static void sum_lights(const shd_scenery *scenery, const lit_run *l, size_t plan
     shd_light_sums32(scenery->lighting, l->material, l->which, l->lights, &points,
                      l->material->has_diffuse ? s->outs : NULL, s->outs + 3, s->edges);
     light_edges(scenery, l, s);
+    if (plane == 0 && s->far.lights)
+        shd_far_light(plan, &s->far, l->count, points.position, points.low, points.normal, s->outs);
     if (l->material->textures)
         shd_textured_sums(scenery, l->material, plane, l->first, l->count, s);
 }
@@ -224,15 +227,20 @@ static shd_patch patch_of(const shd_scenery *scenery, const lit_run *l) {
     return patch;
 }
 
-/* Leaves out lights that do not reach the run's points. */
+/* Leaves out lights that do not reach the run's points, and those that s->far tells. */
 static void cull_lights(const shd_scenery *scenery, lit_run *l, shd_tile_scratch *s) {
     enum { FEW = 2 }; /* lights that cost less than looking at the points */
     const shd_plan *plan = scenery->plan;
     if (plan->tier == SHD_EXACT || l->lights <= FEW) return;
     const shd_patch patch = patch_of(scenery, l);
-    const size_t object = (size_t)l->hits->object[l->first],
-                 count = shd_plan_cull(plan, &patch, l->which, l->lights, s->which);
-    l->lights = shd_drop_weakest(plan, object, &patch, plan->drop_tolerance, s->which, count);
+    const size_t object = (size_t)l->hits->object[l->first];
+    size_t count = shd_plan_cull(plan, &patch, l->which, l->lights, s->which);
+    double room = shd_patch_room(plan, object, &patch, plan->drop_tolerance, s->which, count);
+    /* Room is a share of light, of which a pattern may show less. */
+    if (room > 0 && !l->material->textures)
+        count = shd_far_gather(plan, l->material, &patch, l->count, &room, s->which, count,
+                               s->costs, &s->far);
+    l->lights = shd_drop_weakest(plan, object, &patch, room, s->which, count);
     l->which = s->which;
 }
 
@@ -256,6 +264,7 @@ static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *
                      group->lights, group->light_count};
         if (l.material->textures)
             shd_textured_weigh(scenery, l.material->textures, hits, l.first, l.count, s);
+        s->far.lights = 0;
         cull_lights(scenery, &l, s);
         light_run(scenery, &l, 0, s);
         uint32_t light;

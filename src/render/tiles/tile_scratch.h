@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/tiles/fragments.h"
+#include "shade/far.h"
 #include "shade/lighting.h"
 #include "sight/sight.h"
 
@@ -47,6 +48,8 @@ typedef struct shd_tile_scratch {
     double **exact;   /* of the exact tier: [term][channel] of a run */
     double **weights; /* [plan->max_patterns]: what a run's patterns are at its points */
     uint32_t *which;  /* lights that may reach a run */
+    double *costs;    /* [light_count], for shd_far_gather; NULL: nothing may be left out */
+    shd_far far;      /* of the run */
     /* Of hits through which a transparent background may be seen: how much of a sample each one
      * covers. NULL: there are none. */
     float *alpha;

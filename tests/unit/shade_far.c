@@ -1,0 +1,153 @@
+/* Light of far lights by one polynomial, against the lights themselves. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "shade/far.h"
+
+static double uniform(uint64_t *random, double low, double high) {
+    *random = *random * 6364136223846793005u + 1442695040888963407u;
+    return low + (high - low) * ((double)(*random >> 11) * 0x1p-53);
+}
+
+static shd_vec3 any_direction(uint64_t *random) {
+    shd_vec3 v;
+    do v = (shd_vec3){uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
+    while (!(shd_dot(v, v) < 1 && shd_normalize(v, &v)));
+    return v;
+}
+
+static shd_plan_light any_light(uint64_t *random, int kind, double distance) {
+    shd_plan_light light = {.color = {1, 1, 1}, .gain = 1};
+    const shd_vec3 toward = any_direction(random);
+    light.position = shd_scale(toward, distance);
+    light.toward = toward;
+    light.directional = kind == 0;
+    light.attenuated = kind > 1;
+    light.a = kind == 1 || kind >= 4 ? 1 : 0;
+    light.b = kind == 2 ? 1 : kind >= 4 ? uniform(random, 0, 1) : 0;
+    light.c = kind == 3 ? 1 : kind >= 4 ? uniform(random, 0, 1) : 0;
+    if (kind == 5) light.a = uniform(random, 0, 0.1);
+    light.gain = uniform(random, 0.5, 2);
+    return light;
+}
+
+/* E of the model. */
+static shd_vec3 field_of(const shd_plan_light *light, shd_vec3 at) {
+    if (light->directional) return light->toward;
+    const shd_vec3 path = shd_sub(light->position, at);
+    const double d = shd_length(path);
+    return shd_scale(path, shd_attenuation(light, d) / d);
+}
+
+enum { KINDS = 6, POINTS = 13 };
+
+/* Fills rows with points within `radius` of the origin, some of them on its sphere. */
+static void make_points(uint64_t *random, const shd_plan *plan, double radius, shd_vec3 toward,
+                        float (*position)[POINTS], float (*normal)[POINTS]) {
+    for (int i = 0; i < POINTS; i++) {
+        /* The series is farthest off toward the light and away from it. */
+        shd_vec3 h = i < 2 ? shd_scale(toward, i ? -1 : 1) : any_direction(random);
+        h = shd_scale(h, radius * (i % 2 ? 1 - 1e-6 : uniform(random, 0, 1)) * plan->scale);
+        const shd_vec3 n = i < 4 ? toward : any_direction(random);
+        const double p[] = {h.x, h.y, h.z}, v[] = {n.x, n.y, n.z};
+        for (int c = 0; c < 3; c++) position[c][i] = (float)p[c], normal[c][i] = (float)v[c];
+    }
+}
+
+static void what_is_left_out_is_bounded(void **state) {
+    (void)state;
+    uint64_t random = 15;
+    double nearest[KINDS] = {0}; /* to the bound */
+    for (int round = 0; round < 6000; round++) {
+        const int kind = round % KINDS;
+        const double distance = pow(10, uniform(&random, -3, 3));
+        const double radius =
+            distance * (round / KINDS % 2 ? 0.399 : pow(10, uniform(&random, -3, -0.3)));
+        const shd_plan plan = {.scale = ldexp(1, -ilogb(radius))};
+        const shd_plan_light light = any_light(&random, kind, distance);
+        const double rest = shd_far_rest(&light, distance, radius);
+        if (!(rest < INFINITY)) continue;
+        shd_far far = {.channels = 1};
+        shd_far_add(&light, &far);
+        assert_int_equal(far.lights, 1);
+        float position[3][POINTS], normal[3][POINTS], out[3][POINTS] = {{0}};
+        const float *p[] = {position[0], position[1], position[2]}, *none[3] = {NULL},
+                    *n[] = {normal[0], normal[1], normal[2]};
+        float *rows[] = {out[0], out[1], out[2]};
+        make_points(&random, &plan, radius, light.toward, position, normal);
+        shd_far_light(&plan, &far, POINTS, p, none, n, rows);
+        const double whole = light.directional ? 1 : shd_attenuation(&light, distance);
+        for (int i = 0; i < POINTS; i++) {
+            const shd_vec3 at = {(double)position[0][i] / plan.scale,
+                                 (double)position[1][i] / plan.scale,
+                                 (double)position[2][i] / plan.scale},
+                           up = {(double)normal[0][i], (double)normal[1][i], (double)normal[2][i]};
+            const double wanted = shd_dot(field_of(&light, at), up);
+            if (!(wanted > 0)) continue; /* not what it is for */
+            const double off = fabs((double)out[0][i] - wanted) - 0x1p-24 * wanted;
+            if (!(off <= rest * whole * (1 + 1e-6)))
+                fail_msg("kind %d at %g, radius %g: %g off, %g told", kind, distance, radius, off,
+                         rest * whole);
+            if (rest > 1e-5) nearest[kind] = fmax(nearest[kind], off / (rest * whole));
+        }
+    }
+    /* Bounds are no looser than they must be, but where terms of the attenuation are mixed. */
+    for (int kind = 1; kind < KINDS; kind++)
+        if (!(nearest[kind] > (kind < 4 ? 0.08 : 0.005)))
+            fail_msg("kind %d: at most %g of the bound", kind, nearest[kind]);
+}
+
+static void lights_add_up_by_their_colors(void **state) {
+    (void)state;
+    uint64_t random = 3;
+    const shd_plan plan = {.scale = 0.5, .origin = {1, 2, 3}};
+    shd_far far = {.channels = 3, .center = {1.1, 2, 3}};
+    shd_plan_light lights[40];
+    for (int j = 0; j < 40; j++) {
+        lights[j] = any_light(&random, j % KINDS, 60);
+        lights[j].position.z = fabs(lights[j].position.z);
+        lights[j].toward.z = fabs(lights[j].toward.z);
+        for (int c = 0; c < 3; c++) lights[j].color[c] = uniform(&random, 0, 1);
+        shd_far_add(&lights[j], &far);
+    }
+    const float x[] = {0.1f, 0}, y[] = {0, 0.2f}, z[] = {0.02f, 0}, low[] = {1e-9f, 0},
+                zero[] = {0, 0}, one[] = {1, 1};
+    const float *position[] = {x, y, z}, *lows[] = {low, low, low}, *normal[] = {zero, zero, one};
+    float out[3][2] = {{1, 2}, {3, 4}, {5, 6}}, *rows[] = {out[0], out[1], out[2]};
+    shd_far_light(&plan, &far, 2, position, lows, normal, rows);
+    for (int i = 0; i < 2; i++)
+        for (int c = 0; c < 3; c++) {
+            const shd_vec3 at = {1 + 2 * (double)x[i], 2 + 2 * (double)y[i], 3 + 2 * (double)z[i]};
+            double wanted = 1 + i + 2 * c;
+            for (int j = 0; j < 40; j++) wanted += lights[j].color[c] * field_of(&lights[j], at).z;
+            assert_true(fabs((double)out[c][i] - wanted) < 1e-5 * wanted);
+        }
+}
+
+static void near_lights_are_refused(void **state) {
+    (void)state;
+    uint64_t random = 1;
+    for (int kind = 1; kind < KINDS; kind++) {
+        shd_plan_light light = any_light(&random, kind, 1);
+        assert_false(shd_far_rest(&light, 1, 0.5) < INFINITY);
+        assert_false(shd_far_rest(&light, 0, 0) < INFINITY);
+        light.min_distance = 0.95; /* it bends where light stops growing */
+        if (light.attenuated) assert_false(shd_far_rest(&light, 1, 0.1) < INFINITY);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_left_out_is_bounded),
+        cmocka_unit_test(lights_add_up_by_their_colors),
+        cmocka_unit_test(near_lights_are_refused),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
