@@ -7,7 +7,7 @@ typedef struct light_cost {
     double light, lobe;
 } light_cost;
 
-/* How a light is summed: vectors of points, or one by one behind shadows. */
+/* How a light is summed: vectors of points, or one by one where shadows have shares of bins. */
 enum { VECTORS, ALONE, WAYS };
 
 /* Lights that are points, beyond what kernels take for Phong's model. */
@@ -16,6 +16,9 @@ static const double models[SHD_MODEL_COUNT] = {
     [SHD_MODEL_COOK_TORRANCE] = 10, [SHD_MODEL_WESTIN] = 90,
 };
 static const light_cost points = {25, 15}; /* alone */
+
+/* What vectors take more behind shadows, for the points of a crowd. */
+static const double SHARED = 8;
 
 /* Lights with a shape on Phong's model, by their boundary. */
 static const light_cost rects[WAYS] = {{31, 39}, {400, 260}},
@@ -27,9 +30,9 @@ static const double REAL_LOBE = 1950;
 /* Other models, by quadrature over the shape: a rectangle, and how many times that others take. */
 static const double ROUND = 1.75;
 static const double quadratures[SHD_MODEL_COUNT] = {
-    [SHD_MODEL_BLINN_PHONG] = 78e3, [SHD_MODEL_PHONG_NORMALIZED] = 255e3,
-    [SHD_MODEL_OREN_NAYAR] = 23e3,  [SHD_MODEL_COOK_TORRANCE] = 109e3,
-    [SHD_MODEL_WESTIN] = 915e3,
+    [SHD_MODEL_BLINN_PHONG] = 17e3, [SHD_MODEL_PHONG_NORMALIZED] = 29e3,
+    [SHD_MODEL_OREN_NAYAR] = 5e3,   [SHD_MODEL_COOK_TORRANCE] = 22e3,
+    [SHD_MODEL_WESTIN] = 97e3,
 };
 
 static bool has_moments(double shininess) {
@@ -48,8 +51,10 @@ static double shape_cost(const shd_plan_material *m, const shd_light *shape, int
 
 double shd_beyond_cost(const shd_plan *plan, const shd_plan_material *m,
                        const shd_plan_light *light, double vectors) {
-    const int way = plan->scene->trace.shadows ? ALONE : VECTORS;
-    if (light->shape) return shape_cost(m, light->shape, way);
-    if (way == VECTORS) return vectors + models[m->model];
+    const bool shadows = plan->scene->trace.shadows;
+    const int way = shadows && plan->tinted ? ALONE : VECTORS;
+    const double shared = shadows ? SHARED : 0;
+    if (light->shape) return shared + shape_cost(m, light->shape, way);
+    if (way == VECTORS) return shared + vectors + models[m->model];
     return points.light + (double)m->lobe_count * points.lobe + models[m->model];
 }
