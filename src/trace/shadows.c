@@ -4,7 +4,7 @@
 
 #include "base/clock.h"
 #include "base/cpu.h"
-#include "trace/pattern.h"
+#include "trace/aims.h"
 
 /* Surfaces that a ray may cross. More are not there but by rounding. */
 enum { MOST_CROSSED = 4096 };
@@ -15,7 +15,7 @@ typedef struct shadow_map {
     size_t channels;
     const bool *solid, *convex; /* [object] */
     shd_occlusion occlusion;
-    shd_pattern pattern;
+    shd_aim_pattern pattern;
 } shadow_map;
 
 /* What may be in the way: no list means all objects. The visible shape of the light itself is not.
@@ -245,7 +245,7 @@ bool shd_shadows_make(const shd_plan *plan, const shd_caster *caster, shd_arena 
                         .solid = shd_solid_objects(plan, arena),
                         .convex = find_convex(plan, caster, arena)};
     if (!map->solid || !map->convex ||
-        !shd_pattern_make((size_t)plan->scene->trace.shadow_samples, arena, &map->pattern) ||
+        !shd_aim_pattern_make((size_t)plan->scene->trace.shadow_samples, arena, &map->pattern) ||
         !shd_find_occlusion(plan, arena, &map->occlusion))
         return false;
     *out = (shd_shadows){map, share_light, gather_crowd, share_crowd};

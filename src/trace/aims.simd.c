@@ -1,6 +1,6 @@
 /* Ways to the points of a light. Compiled once for each instruction set; the equations are those of
  * pattern.c. */
-#include "trace/pattern.h"
+#include "trace/aims.h"
 
 #include "base/cpu.h"
 #include "base/simd.h"
@@ -27,8 +27,8 @@ SHD_INLINE lanes3 scale3(lanes3 a, shd_vd by) {
     return (lanes3){a.x * by, a.y * by, a.z * by};
 }
 
-SHD_INLINE shd_vd way_to_flat(const shd_aim *aim, const shd_pattern *p, size_t i, lanes3 *toward,
-                              shd_vd *far) {
+SHD_INLINE shd_vd way_to_flat(const shd_aim *aim, const shd_aim_pattern *p, size_t i,
+                              lanes3 *toward, shd_vd *far) {
     const struct shd_light *light = aim->light;
     const shd_vd zero = shd_vd_set(0), one = shd_vd_set(1), half = shd_vd_set(0.5);
     shd_vd x, y;
@@ -52,8 +52,8 @@ SHD_INLINE shd_vd way_to_flat(const shd_aim *aim, const shd_pattern *p, size_t i
     return shd_vd_mul_in(shd_vd_gt_in(is, facing, zero), facing, one / (length * length));
 }
 
-SHD_INLINE shd_vd way_to_sphere(const shd_aim *aim, const shd_pattern *p, size_t i, lanes3 *toward,
-                                shd_vd *far) {
+SHD_INLINE shd_vd way_to_sphere(const shd_aim *aim, const shd_aim_pattern *p, size_t i,
+                                lanes3 *toward, shd_vd *far) {
     const double r = aim->light->radius;
     const shd_vd zero = shd_vd_set(0), one = shd_vd_set(1), two = shd_vd_set(2);
     const shd_vd down = shd_vd_load(p->u + i) * shd_vd_set(aim->most),
@@ -70,8 +70,8 @@ SHD_INLINE shd_vd way_to_sphere(const shd_aim *aim, const shd_pattern *p, size_t
     return one;
 }
 
-void SHD_VARIANT(shd_aim)(const shd_aim *aim, const shd_pattern *pattern, size_t first, size_t n,
-                          shd_aims *out) {
+void SHD_VARIANT(shd_aim)(const shd_aim *aim, const shd_aim_pattern *pattern, size_t first,
+                          size_t n, shd_aims *out) {
     const bool sphere = aim->light->type == SHD_LIGHT_SPHERE;
     const lanes3 normal = set3(aim->normal);
     for (size_t i = 0; i < n; i += VW) {

@@ -10,11 +10,11 @@
 /* Points of a pattern in the unit square, and on the unit disc what u and v become. Arrays of
  * [count], readable up to the next multiple of SHD_AIMS_STEP. */
 enum { SHD_AIMS_STEP = 8, SHD_AIMS_MOST = 64 };
-typedef struct shd_pattern {
+typedef struct shd_aim_pattern {
     size_t count;
     const double *u, *v, *root;  /* sqrt(u) */
     const double *cosine, *sine; /* of 2 pi v */
-} shd_pattern;
+} shd_aim_pattern;
 
 /* Ways from a surface point: unit vectors, distances, and what each point adds to a diffuse surface
  * there, of the same factor. 0: it sends nothing there, and the way may be anything. */
@@ -37,13 +37,13 @@ shd_aim shd_aim_at(const struct shd_light *light, shd_vec3 from, shd_vec3 normal
 bool shd_aim_is_held(const shd_aim *aim);
 
 /* Ways to points first .. first + n - 1, n at most SHD_AIMS_MOST. */
-void shd_aim_singly(const shd_aim *aim, const shd_pattern *pattern, size_t first, size_t n,
+void shd_aim_singly(const shd_aim *aim, const shd_aim_pattern *pattern, size_t first, size_t n,
                     shd_aims *out);
 
 /* The same to rounding, if it is held. `first` is a multiple of SHD_AIMS_STEP. */
-typedef void shd_aim_function(const shd_aim *aim, const shd_pattern *pattern, size_t first,
+typedef void shd_aim_function(const shd_aim *aim, const shd_aim_pattern *pattern, size_t first,
                               size_t n, shd_aims *out);
 shd_aim_function shd_aim_portable, shd_aim_avx2, shd_aim_avx512;
 
 /* False: the arena is full. */
-bool shd_pattern_make(size_t count, shd_arena *arena, shd_pattern *out);
+bool shd_aim_pattern_make(size_t count, shd_arena *arena, shd_aim_pattern *out);

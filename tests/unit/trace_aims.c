@@ -6,7 +6,7 @@
 
 #include <cmocka.h>
 
-#include "trace/pattern.h"
+#include "trace/aims.h"
 #include "unit/shade_support.h"
 
 enum { COUNT = 53 }; /* no multiple of any vector */
@@ -32,7 +32,7 @@ static shd_light random_light(int i, double scale) {
     return l;
 }
 
-static void compare(const shd_pattern *p, const shd_aim *aim, double scale) {
+static void compare(const shd_aim_pattern *p, const shd_aim *aim, double scale) {
     shd_aims single, first, found;
     shd_aim_singly(aim, p, 0, p->count, &single);
     double most = 0;
@@ -58,9 +58,9 @@ static void compare(const shd_pattern *p, const shd_aim *aim, double scale) {
 
 static void ways_are_those_of_single_points(void **state) {
     (void)state;
-    shd_pattern p;
+    shd_aim_pattern p;
     shd_arena *arena = shd_arena_new((size_t)1 << 20);
-    assert_true(shd_pattern_make(COUNT, arena, &p));
+    assert_true(shd_aim_pattern_make(COUNT, arena, &p));
     static const double scales[] = {1, 1e-60, 1e60};
     for (int i = 0; i < 900; i++) {
         const double scale = scales[i / 3 % 3];

@@ -1,4 +1,4 @@
-#include "trace/pattern.h"
+#include "trace/aims.h"
 
 static double mirror_bits(uint32_t i) {
     double value = 0, bit = 0.5;
@@ -6,7 +6,7 @@ static double mirror_bits(uint32_t i) {
     return value;
 }
 
-bool shd_pattern_make(size_t count, shd_arena *arena, shd_pattern *out) {
+bool shd_aim_pattern_make(size_t count, shd_arena *arena, shd_aim_pattern *out) {
     const size_t whole = (count + SHD_AIMS_STEP - 1) / SHD_AIMS_STEP * SHD_AIMS_STEP;
     double *rows = shd_arena_zalloc(arena, 5 * whole, sizeof *rows);
     if (!rows) return false;
@@ -16,8 +16,8 @@ bool shd_pattern_make(size_t count, shd_arena *arena, shd_pattern *out) {
         const double values[5] = {u, v, sqrt(u), cos(turn), sin(turn)};
         for (size_t k = 0; k < 5; k++) rows[k * whole + i] = values[k];
     }
-    *out = (shd_pattern){count,           rows, rows + whole, rows + 2 * whole, rows + 3 * whole,
-                         rows + 4 * whole};
+    *out = (shd_aim_pattern){
+        count, rows, rows + whole, rows + 2 * whole, rows + 3 * whole, rows + 4 * whole};
     return true;
 }
 
@@ -57,7 +57,7 @@ bool shd_aim_is_held(const shd_aim *aim) {
 }
 
 /* Returns the cosine at the light over the square of the distance; 0: it sends nothing there. */
-static double way_to_flat(const shd_aim *aim, const shd_pattern *p, size_t i, shd_vec3 *toward,
+static double way_to_flat(const shd_aim *aim, const shd_aim_pattern *p, size_t i, shd_vec3 *toward,
                           double *far) {
     const struct shd_light *light = aim->light;
     const bool rect = light->type == SHD_LIGHT_RECT;
@@ -74,8 +74,8 @@ static double way_to_flat(const shd_aim *aim, const shd_pattern *p, size_t i, sh
 }
 
 /* Even in the cone in which the sphere is seen, or all around from inside. */
-static double way_to_sphere(const shd_aim *aim, const shd_pattern *p, size_t i, shd_vec3 *toward,
-                            double *far) {
+static double way_to_sphere(const shd_aim *aim, const shd_aim_pattern *p, size_t i,
+                            shd_vec3 *toward, double *far) {
     const double r = aim->light->radius, down = p->u[i] * aim->most,
                  aside = sqrt(down * (2 - down));
     const shd_vec3 path = shd_sub(aim->light->position, aim->from);
@@ -89,7 +89,7 @@ static double way_to_sphere(const shd_aim *aim, const shd_pattern *p, size_t i, 
     return 1;
 }
 
-void shd_aim_singly(const shd_aim *aim, const shd_pattern *pattern, size_t first, size_t n,
+void shd_aim_singly(const shd_aim *aim, const shd_aim_pattern *pattern, size_t first, size_t n,
                     shd_aims *out) {
     const bool sphere = aim->light->type == SHD_LIGHT_SPHERE;
     for (size_t i = 0; i < n; i++) {
