@@ -1,6 +1,7 @@
 """What a scene does not use costs nothing: no library is loaded for it, and no instruction of it is
 executed, as valgrind's callgrind counts them."""
 
+import hashlib
 import json
 import os
 import re
@@ -156,7 +157,7 @@ class Unused(unittest.TestCase):
                 self.assertRegex(new.pop(), library)
                 before = self.mapped(daemon)
 
-    def test_the_daemon_maps_no_other_library_for_meshes(self):
+    def test_the_daemon_maps_no_other_library_for_meshes_and_pictures(self):
         with Daemon() as daemon:
             answers = []
             for scene in (SPHERE, MESH):
@@ -164,6 +165,11 @@ class Unused(unittest.TestCase):
                 if scene is SPHERE:
                     before = self.mapped(daemon)
             self.assertEqual([answer.status for answer in answers], [200, 200])
+            # A process of its own decodes it.
+            body = answers[0].body
+            put = daemon.call("PUT", "/v1/assets/" + hashlib.sha256(body).hexdigest(), body,
+                              {"Content-Type": "image/png"})
+            self.assertEqual(put.status, 201, put.body)
             self.assertEqual(self.mapped(daemon) - before, set())
             self.assertFalse([name for name in before if re.search("embree|libtbb", name)])
 
