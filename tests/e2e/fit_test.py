@@ -82,12 +82,11 @@ class RequestTest(Folder):
         return {error["pointer"]: error["detail"] for error in json.loads(answer.body)["errors"]}
 
     def test_it_tells_what_the_command_line_does(self):
-        for suffix, media_type in ("png", "image/png"), ("hdr", "application/octet-stream"):
-            path, photo = self.put(BALL, suffix, media_type)
-            answer = self.daemon.post("/v1/fit", {"scene": BALL, "photo": photo, "object": "ball"})
-            self.assertEqual(answer.status, 200, answer.body)
-            done = shade("fit", path, self.folder / "scene.json", "--object", "ball")
-            self.assertEqual(json.loads(answer.body), json.loads(done.stdout))
+        path, photo = self.put(BALL, "webp", "image/webp")
+        answer = self.daemon.post("/v1/fit", {"scene": BALL, "photo": photo, "object": "ball"})
+        self.assertEqual(answer.status, 200, answer.body)
+        done = shade("fit", path, self.folder / "scene.json", "--object", "ball")
+        self.assertEqual(json.loads(answer.body), json.loads(done.stdout))
 
     def test_mistakes_are_told_at_their_places(self):
         photo = self.put(BALL, "png", "image/png")[1]
