@@ -46,7 +46,8 @@ class CommandTest(Folder):
                   "objects": [{"type": "sphere", "material": {"reflection": 0.1}}]}
         for words, status, message in (
                 ((photo, self.scene("large.json", BALL)), 1, f"{photo}: the picture has 8 x 8 pixels, not 64 x 48"),
-                ((photo, scene, "--object", "bal"), 1, '--object: no object has this name or number: did you mean "ball"?'),
+                ((photo, scene, "--object", "bal"), 1,
+                 '--object: no object has this name or number: did you mean "ball"?'),
                 ((photo, self.scene("mirror.json", mirror)), 1, "--object: its material mirrors or lets light through"),
                 ((self.folder / "no.webp", scene), 1, "no.webp: the picture cannot be read as webp"),
                 ((self.folder / "ball.gif", scene), 2, "unknown suffix"),
@@ -71,7 +72,8 @@ class RequestTest(Folder):
         self.assertEqual(shade("render", self.file(json.dumps(scene), "scene.json"), "-o", path).returncode, 0)
         data = path.read_bytes()
         digest = hashlib.sha256(data).hexdigest()
-        self.assertEqual(self.daemon.call("PUT", "/v1/assets/" + digest, data, {"Content-Type": media_type}).status // 100, 2)
+        answer = self.daemon.call("PUT", "/v1/assets/" + digest, data, {"Content-Type": media_type})
+        self.assertIn(answer.status, (201, 204))
         return path, "sha256-" + digest
 
     def problem(self, code, **document):
@@ -80,29 +82,31 @@ class RequestTest(Folder):
         return {error["pointer"]: error["detail"] for error in json.loads(answer.body)["errors"]}
 
     def test_it_tells_what_the_command_line_does(self):
-        for suffix, media_type in ("png", "image/png"), ("hdr", "application/octet-stream"):
-            path, photo = self.put(BALL, suffix, media_type)
-            answer = self.daemon.post("/v1/fit", {"scene": BALL, "photo": photo, "object": "ball"})
-            self.assertEqual(answer.status, 200, answer.body)
-            done = shade("fit", path, self.folder / "scene.json", "--object", "ball")
-            self.assertEqual(json.loads(answer.body), json.loads(done.stdout))
+        path, photo = self.put(BALL, "webp", "image/webp")
+        answer = self.daemon.post("/v1/fit", {"scene": BALL, "photo": photo, "object": "ball"})
+        self.assertEqual(answer.status, 200, answer.body)
+        done = shade("fit", path, self.folder / "scene.json", "--object", "ball")
+        self.assertEqual(json.loads(answer.body), json.loads(done.stdout))
 
     def test_mistakes_are_told_at_their_places(self):
         photo = self.put(BALL, "png", "image/png")[1]
         missing = self.problem(409, scene=BALL, photo="sha256-" + "0" * 64)
         self.assertIn("/photo", missing)
-        self.assertEqual(set(self.problem(422, scene={**BALL, "lights": 3}, photo="x.png")), {"/scene/lights", "/photo"})
+        wrong = self.problem(422, scene={**BALL, "lights": 3}, photo="x.png")
+        self.assertEqual(set(wrong), {"/scene/lights", "/photo"})
         small = {**BALL, "image": {"width": 64, "height": 47}}
         self.assertEqual(self.problem(422, scene=small, photo=photo),
                          {"/photo": "the picture has 64 x 48 pixels, not 64 x 47"})
         self.assertIn("/object", self.problem(422, scene=BALL, photo=photo, object="bell"))
-        for more, place in (({"spectral": True}, "/scene/spectral"), ({"output": {"channel": "R"}}, "/scene/output/channel"),
+        for more, place in (({"spectral": True}, "/scene/spectral"),
+                            ({"output": {"channel": "R"}}, "/scene/output/channel"),
                             ({"output": {"format": "exr"}}, "/scene/output")):
             self.assertIn(place, self.problem(422, scene={**BALL, **more}, photo=photo))
         self.assertIn("", self.problem(422, scene=BALL))
         # One picture of it would be admitted, but not 18 of nine terms.
         lights = [{"type": "point", "position": [i, 3, 3], "color": 0.001} for i in range(3000)]
-        crowd = {**BALL, "lights": lights, "accuracy": {"tier": "exact"}, "image": {"width": 64, "height": 48, "samples": 1}}
+        crowd = {**BALL, "lights": lights, "accuracy": {"tier": "exact"},
+                 "image": {"width": 64, "height": 48, "samples": 1}}
         self.assertEqual(self.daemon.render(crowd).status, 200)
         self.assertIn("`work`", " ".join(self.problem(422, scene=crowd, photo=photo).values()))
 
