@@ -55,7 +55,7 @@ static void keep_sheet(gathering *g, size_t light, const shd_sheet *sheet) {
 static void look_at_face(gathering *g, const face *f) {
     for (size_t j = 0; j < g->plan->light_count && !g->full; j++) {
         const shd_plan_light *light = &g->plan->lights[j];
-        if (light->shape) continue; /* it is in no plane */
+        if (light->shape || light->environment) continue; /* it is in no plane */
         shd_vec3 toward = light->toward;
         double in = IN_PLANE, near = NEAR_PLANE;
         if (!light->directional) {

@@ -26,6 +26,7 @@ struct shd_engine {
     struct shd_reuse *reuse; /* what earlier pictures have left */
     struct shd_store *store; /* of meshes */
     struct shd_westin_tables *westin;
+    struct shd_store *glows; /* of tables of environments */
     shd_limits limits;
     atomic_ullong *tiles; /* [2] of this engine and those that borrow: wanted when done, or not */
     shd_isa isa;          /* of the kernels */

@@ -14,7 +14,8 @@ const char *const shd_light_names[] = {
     [SHD_LIGHT_AMBIENT] = "ambient", [SHD_LIGHT_DIRECTIONAL] = "directional",
     [SHD_LIGHT_POINT] = "point",     [SHD_LIGHT_SPOT] = "spot",
     [SHD_LIGHT_RECT] = "rect",       [SHD_LIGHT_DISC] = "disc",
-    [SHD_LIGHT_SPHERE] = "sphere",   NULL};
+    [SHD_LIGHT_SPHERE] = "sphere",   [SHD_LIGHT_ENVIRONMENT] = "environment",
+    NULL};
 
 const char *const shd_interpolation_names[] = {
     [SHD_PHONG] = "phong", [SHD_GOURAUD] = "gouraud", [SHD_FLAT] = "flat", NULL};
