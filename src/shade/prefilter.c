@@ -7,12 +7,12 @@
 /* ---- The block. ---- */
 
 bool shd_prefilter_serves(double exponent, bool lobe) {
-    return lobe ? exponent >= 2 && exponent <= 8192 : exponent == 1;
+    return lobe ? exponent >= 2 && exponent <= 4096 : exponent == 1;
 }
 
 /* A fifth of the width of usual lobes between nodes, never wider than a texel. */
 static int columns_of(double exponent) {
-    return exponent <= 72 ? 256 : exponent <= 300 ? 512 : exponent <= 4096 ? 1024 : 2048;
+    return exponent <= 72 ? 256 : exponent <= 300 ? 512 : 1024;
 }
 
 static int cell_rows_of(double exponent) {
@@ -35,12 +35,18 @@ static void lay_out(double exponent, bool lobe, shd_prefilter *out) {
     size_t cells = 0;
     for (int j = 0; j < out->cell_rows; j++) cells += (size_t)shd_cells_in_row(out->cell_rows, j);
     out->cell_step = lobe ? (float)(SHD_PI / out->cell_rows) : 0;
-    out->kernel_at = padded_to(sizeof *out);
-    out->table_at = out->kernel_at + padded_to((SHD_KERNEL_STEPS + 2) * sizeof(float));
+    out->cell_stride = lobe ? padded_to((cells + SHD_CELL_LANES) * sizeof(float)) / sizeof(float) : 0;
+    out->table_at = padded_to(sizeof *out);
     const size_t nodes = (size_t)(out->columns + 4) * (size_t)(out->rows + 4);
     out->starts_at = out->table_at + padded_to(3 * nodes * sizeof(float));
-    out->cells_at = out->starts_at + padded_to(((size_t)out->cell_rows + 1) * sizeof(uint32_t));
-    out->bytes = out->cells_at + padded_to(cells * sizeof(shd_cell));
+    out->rows_at = out->starts_at + padded_to(((size_t)out->cell_rows + 1) * sizeof(uint32_t));
+    out->cells_at = out->rows_at + padded_to((size_t)out->cell_rows * sizeof(shd_row_place));
+    out->hot_count = (int32_t)(cells < SHD_HOT_MOST ? cells : SHD_HOT_MOST);
+    out->hot_parts = SHD_HOT_PARTS;
+    out->hot_at = out->cells_at + padded_to(SHD_CELL_ROWS * out->cell_stride * sizeof(float));
+    out->hot_cells_at = out->hot_at + padded_to((size_t)out->hot_count * sizeof(uint32_t));
+    const size_t small = SHD_CELL_ROWS * SHD_HOT_PARTS * SHD_HOT_PARTS * sizeof(float);
+    out->bytes = out->hot_cells_at + padded_to((size_t)out->hot_count * small);
 }
 
 size_t shd_prefilter_size(double exponent, bool lobe) {
@@ -81,55 +87,140 @@ static void look_up(const shd_prefilter *t, shd_vec3 w, double out[3]) {
     for (int c = 0; c < 3; c++) out[c] = (double)sum[c];
 }
 
-/* Adds a row's cells from `first` on, around the row, that are below the horizon n.x < 0, as far as
- * the lobe reaches. Cells on the horizon count by about the share of them that is below. */
-static void add_cells(const shd_prefilter *t, const shd_cell *row, int count, int first, int many,
-                      const float w[3], const float n[3], float sum[3]) {
-    const float *kernel = shd_kernel_of(t), scale = SHD_KERNEL_STEPS / t->reach, half = t->half,
-                over = 0.5f / half;
-    int i = first % count;
-    if (i < 0) i += count;
-    for (int k = 0; k < many; k++, i = i + 1 == count ? 0 : i + 1) {
-        const shd_cell *cell = &row[i];
-        const float height = n[0] * cell->at[0] + n[1] * cell->at[1] + n[2] * cell->at[2];
-        if (height >= half) continue;
-        const float off =
-            1 - (w[0] * cell->at[0] + w[1] * cell->at[1] + w[2] * cell->at[2]);
-        if (off >= t->reach) continue;
-        const float at = off > 0 ? off * scale : 0;
-        const int step = (int)at;
-        float by = kernel[step] + (at - (float)step) * (kernel[step + 1] - kernel[step]);
-        if (height > -half) by *= 0.5f - height * over;
-        for (int c = 0; c < 3; c++) sum[c] += by * cell->flux[c];
+/* Four cells beside each other, of any machine. */
+typedef float four __attribute__((vector_size(16)));
+typedef int32_t four_masks __attribute__((vector_size(16)));
+
+static inline four all_of(float x) {
+    return (four){x, x, x, x};
+}
+
+static inline four load_four(const float *at) {
+    four out;
+    memcpy(&out, at, sizeof out);
+    return out;
+}
+
+static inline four keep_where(four_masks where, four x) {
+    return (four)(where & (four_masks)x);
+}
+
+typedef struct lanes {
+    four sum[3];
+} lanes;
+
+/* Adds `count` cells from `x` on, of half the width `half`, that are below the horizon n.x < 0, as far as the lobe
+ * reaches. Cells on the horizon count by about the share of them that is below. */
+static void add_cells(const shd_prefilter *t, const float *x, size_t stride, float half,
+                      size_t count, const float w[3], const float n[3], lanes *to) {
+    const four over = all_of(0.5F / half), inverse = all_of(1 / t->reach), one = all_of(1);
+    four sum[3] = {to->sum[0], to->sum[1], to->sum[2]};
+    for (size_t i = 0; i < count; i += 4, x += 4) {
+        const four at[3] = {load_four(x), load_four(x + stride), load_four(x + 2 * stride)};
+        const four height = n[0] * at[0] + n[1] * at[1] + n[2] * at[2],
+                   off = (one - (w[0] * at[0] + w[1] * at[1] + w[2] * at[2])) * inverse;
+        const int32_t left = (int32_t)(count - i);
+        four below = all_of(0.5F) - height * over;
+        below = keep_where(below > 0, below);
+        below = keep_where(below < one, below) + keep_where(below >= one, one);
+        const four u = keep_where(off > 0, off);
+        four by = all_of(t->kernel[SHD_KERNEL_TERMS - 1]);
+        for (int k = SHD_KERNEL_TERMS - 2; k >= 0; k--) by = by * u + t->kernel[k];
+        by *= by;
+        by *= by;
+        by *= by;
+        by *= by * below;
+        by = keep_where((u < one) & ((four_masks){0, 1, 2, 3} < left), by);
+        for (size_t c = 0; c < 3; c++) sum[c] += by * load_four(x + (3 + c) * stride);
     }
+    for (int c = 0; c < 3; c++) to->sum[c] = sum[c];
+}
+
+/* The same of a row, from cell `from` on, around it. */
+static void add_row(const shd_prefilter *t, int row, int from, int many, const float w[3],
+                    const float n[3], lanes *to) {
+    const uint32_t *starts = shd_starts_of(t);
+    const int count = (int)(starts[row + 1] - starts[row]);
+    while (from < 0) from += count;
+    while (from >= count) from -= count;
+    const int straight = many < count - from ? many : count - from;
+    const float *cells = shd_cells_of(t) + starts[row];
+    const size_t stride = t->cell_stride;
+    add_cells(t, cells + from, stride, t->half, (size_t)straight, w, n, to);
+    if (many > straight)
+        add_cells(t, cells, stride, t->half, (size_t)(many - straight), w, n, to);
+}
+
+/* Takes smaller cells for those that the horizon crosses, if they have some. */
+static void add_hot(const shd_prefilter *t, const float w[3], const float n[3], lanes *to) {
+    const uint32_t *hot = shd_hot_of(t);
+    const float *cells = shd_cells_of(t), *smaller = shd_hot_cells_of(t);
+    const size_t stride = t->cell_stride, parts = (size_t)t->hot_parts, small = parts * parts;
+    lanes whole = {{{0}, {0}, {0}}};
+    for (int k = 0; k < t->hot_count; k++, smaller += SHD_CELL_ROWS * small) {
+        const float *x = cells + hot[k];
+        const float height = n[0] * x[0] + n[1] * x[stride] + n[2] * x[2 * stride];
+        /* Its direction is where its radiance is: corners are within three times that. */
+        if (fabsf(height) > 3 * t->half) continue;
+        if (1 - (w[0] * x[0] + w[1] * x[stride] + w[2] * x[2 * stride]) >= t->reach) continue;
+        add_cells(t, x, stride, t->half, 1, w, n, &whole);
+        add_cells(t, smaller, small, t->half / (float)parts, small, w, n, to);
+    }
+    for (int c = 0; c < 3; c++) to->sum[c] -= whole.sum[c];
+}
+
+/* To 7e-5 (M. Abramowitz and I. Stegun, Handbook of Mathematical Functions, 4.4.45), which is a
+ * hundredth of the least cell. */
+static double about_acos(double x) {
+    const double z = fabs(x),
+                 y = sqrt(fmax(1 - z, 0)) *
+                     (1.5707288 + z * (-0.2121144 + z * (0.0742610 - z * 0.0187293)));
+    return x < 0 ? SHD_PI - y : y;
+}
+
+/* An arc of longitudes around the middle: half of its width; 0: there is none; pi: all. It is where
+ * flat + round cos(longitude) > 0. */
+static double half_arc(double flat, double round) {
+    return flat <= -round ? 0 : flat >= round ? SHD_PI : about_acos(-flat / round);
 }
 
 void shd_prefilter_cut(const shd_prefilter *t, shd_vec3 w, shd_vec3 normal, double out[3]) {
     const float wf[3] = {(float)w.x, (float)w.y, (float)w.z},
                 nf[3] = {(float)normal.x, (float)normal.y, (float)normal.z};
     const uint32_t *starts = shd_starts_of(t);
-    const shd_cell *cells = shd_cells_of(t);
-    const double down = atan2(hypot(w.x, w.z), w.y), turn = atan2(-w.x, w.z),
-                 least = 1 - (double)t->reach, reach = acos(fmax(least, -1)),
-                 step = (double)t->cell_step, cosine = cos(down), sine = sin(down);
+    const shd_row_place *rows = shd_rows_of(t);
+    const double turn = atan2(-w.x, w.z), away = hypot(w.x, w.z), aside = hypot(normal.x, normal.z),
+                 down = atan2(away, w.y), least = 1 - (double)t->reach,
+                 reach = acos(fmax(least, -1)), step = (double)t->cell_step;
+    /* Cells below the horizon are around the longitude opposite to the normal's, `apart` away. */
+    double apart = atan2(normal.x, -normal.z) - turn;
+    apart -= apart > SHD_PI ? 2 * SHD_PI : apart < -SHD_PI ? -2 * SHD_PI : 0;
     const int first = (int)fmax(floor((down - reach) / step - 0.5), 0),
               last = (int)fmin(ceil((down + reach) / step - 0.5), t->cell_rows - 1);
-    float sum[3] = {0, 0, 0};
+    lanes all = {{{0}, {0}, {0}}};
     for (int j = first; j <= last; j++) {
         const int count = (int)(starts[j + 1] - starts[j]);
-        const double row = (j + 0.5) * step, aside = sin(row) * sine,
-                     side = least - cos(row) * cosine;
-        int from = 0, many = count;
-        if (side >= aside) continue;
-        if (side > -aside) {
-            const double half = acos(side / aside), per = count / (2 * SHD_PI);
-            from = (int)floor((turn - half) * per - 0.5);
-            many = (int)ceil((turn + half) * per - 0.5) - from + 1;
-            if (many > count) many = count;
+        const double per = count / (2 * SHD_PI), y = rows[j].cosine, x = rows[j].sine,
+                     seen = half_arc(y * w.y - least, x * away),
+                     below = half_arc((double)t->half - y * normal.y, x * aside);
+        if (!(seen > 0) || !(below > 0)) continue;
+        double from = -seen, to = seen;
+        /* Unless the arcs meet at both of their ends, they have one in common. */
+        if (below < SHD_PI && fabs(apart) + seen + below < 2 * SHD_PI) {
+            from = fmax(from, apart - below);
+            to = fmin(to, apart + below);
+            if (from > to) continue;
         }
-        add_cells(t, cells + starts[j], count, from, many, wf, nf, sum);
+        /* Both are within two turns of 0. */
+        const int around = 4 * count, begin = (int)((turn + from) * per - 0.5 + around) - around,
+                  many = (int)((turn + to) * per + 0.5 + around) - around - begin + 1;
+        add_row(t, j, begin, many < count ? many : count, wf, nf, &all);
     }
-    for (int c = 0; c < 3; c++) out[c] = (double)sum[c];
+    add_hot(t, wf, nf, &all);
+    for (int c = 0; c < 3; c++) {
+        out[c] = 0;
+        for (int l = 0; l < 4; l++) out[c] += (double)all.sum[c][l];
+    }
 }
 
 /* What is below the horizon is no more than the brightest times half of the lobe times the n-th
@@ -162,16 +253,31 @@ void shd_prefilter_weigh(const shd_prefilter *t, shd_vec3 w, const shd_vec3 *nor
 
 /* The kernel at 1 - L.W: the power, and what a cell's mean of it is above its middle's value, by
  * its second derivatives. The lobe ends where it is 3e-5. */
+static double kernel_at(const shd_prefilter *t, double u) {
+    const double n = t->exponent, h = (double)t->cell_step,
+                 x = fmax(1 - (double)t->reach * u, 1e-9),
+                 laplace = n * ((n - 1) * (1 - x * x) / (x * x) - 2);
+    return pow(x, n) * (1 + fmin(fmax(h * h / 24 * laplace, -0.5), 1)) / SHD_PI;
+}
+
+/* Its 16th root is nearly straight: a polynomial through Chebyshev's points, by Newton's divided
+ * differences, has it to 1e-6. */
 static void make_kernel(shd_prefilter *t) {
-    float *kernel = (float *)(void *)((char *)t + t->kernel_at);
-    const double n = t->exponent, least = pow(3e-5, 1 / n), h = (double)t->cell_step;
-    t->reach = (float)(1 - least);
+    enum { N = SHD_KERNEL_TERMS };
+    double at[N], f[N], out[N] = {0};
+    t->reach = (float)(1 - pow(3e-5, 1 / t->exponent));
     t->half = t->cell_step / 2;
-    for (int k = 0; k < SHD_KERNEL_STEPS + 2; k++) {
-        const double x = fmax(1 - (double)t->reach * k / SHD_KERNEL_STEPS, 1e-9),
-                     laplace = n * ((n - 1) * (1 - x * x) / (x * x) - 2);
-        kernel[k] = (float)(pow(x, n) * (1 + fmax(h * h / 24 * laplace, -0.5)) / SHD_PI);
+    for (int k = 0; k < N; k++) {
+        at[k] = (1 - cos(SHD_PI * (k + 0.5) / N)) / 2;
+        f[k] = pow(kernel_at(t, at[k]), 1.0 / 16);
     }
+    for (int order = 1; order < N; order++)
+        for (int k = N - 1; k >= order; k--) f[k] = (f[k] - f[k - 1]) / (at[k] - at[k - order]);
+    for (int k = N - 1; k >= 0; k--) { /* out = out (u - at[k]) + f[k] */
+        for (int i = N - 1; i > 0; i--) out[i] = out[i - 1] - at[k] * out[i];
+        out[0] = f[k] - at[k] * out[0];
+    }
+    for (int k = 0; k < N; k++) t->kernel[k] = (float)out[k];
 }
 
 bool shd_prefilter_make(const shd_surroundings *map, double exponent, bool lobe,

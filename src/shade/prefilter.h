@@ -3,12 +3,17 @@
  * A table holds 1/pi integral v(L) (L.W)+^n dw at nodes of a grid over longitude and latitude, and
  * is read by cubic interpolation between 4 by 4 of them. It takes no account of the horizon: where
  * the surface's cuts the lobe, what is below is summed over cells of the sphere and taken off.
- * The cells are 4.5 times narrower than the lobe is wide (1 / sqrt(n)), or as narrow as it is worth.
+ * The cells are 4.5 times narrower than the lobe is wide (1 / sqrt(n)), or as narrow as 1000 asks for.
+ *
+
+ * Of the cells in which radiance differs most, a sun's or a lamp's edge, those that the horizon
+ * crosses are summed by smaller ones.
  *
  * Tables are made by a discrete Fourier transform along each row, since around the axis the
- * integral is a convolution. How far off they are is measured when they are made: at the places
- * where the table bends most and at others, against shd_environment_integrate. The largest
- * difference counts three times, to be no less than what is between those places.
+ * integral is a convolution. How far off they are is measured when they are made, against
+ * shd_environment_integrate: at the places where the table bends most, with horizons through the
+ * cells in which radiance differs most, and at others. The largest difference counts three times,
+ * to be no less than what is between those places.
  *
  * A table is one block of bytes without pointers, constant once it is made. Any thread. */
 #pragma once
@@ -27,11 +32,13 @@ typedef struct shd_prefilter {
     int32_t cell_rows;
     float cell_step, half; /* between rows of cells, and half of that */
     float reach;           /* the lobe is nothing where 1 - L.W is more */
-    uint64_t kernel_at, table_at, starts_at, cells_at, bytes; /* offsets in the block */
+    float kernel[7];       /* its 16th root, by (1 - L.W) / reach */
+    int32_t hot_count, hot_parts; /* cells that have smaller ones, and how many each way */
+    uint64_t cell_stride, hot_at, hot_cells_at, rows_at, table_at, starts_at, cells_at, bytes; /* offsets in the block */
 } shd_prefilter;
 
 /* Whether there may be a table of the exponent: the diffuse term's is 1. Lobes below 2 are so wide,
- * and those above 8192 so narrow, that their integral is as good. */
+ * and those above 4096 so narrow, that their integral is as good. */
 bool shd_prefilter_serves(double exponent, bool lobe);
 
 /* The block's size. */

@@ -51,27 +51,131 @@ static void sum_band(const shd_surroundings *map, double top, double bottom, int
     }
 }
 
+/* By how much the brightest channel of texels in and around a cell differs, times its size. */
+static float contrast_of(const shd_surroundings *map, double top, double bottom, double left,
+                         double right) {
+    const int h = map->height, w = map->width;
+    const int j0 = (int)floor(top * h / SHD_PI - 0.5), j1 = (int)ceil(bottom * h / SHD_PI - 0.5),
+              i0 = (int)floor(left * w / (2 * SHD_PI) - 0.5),
+              i1 = (int)ceil(right * w / (2 * SHD_PI) - 0.5);
+    float low = INFINITY, high = 0;
+    for (int j = j0 < 0 ? 0 : j0; j <= j1 && j < h; j++)
+        for (int i = i0; i <= i1; i++) {
+            const float *t = map->texels + 3 * (j * w + (i + w) % w);
+            const float most = fmaxf(t[0], fmaxf(t[1], t[2]));
+            low = fminf(low, most);
+            high = fmaxf(high, most);
+        }
+    return (high - low) * (float)((bottom - top) * (right - left) * sin((top + bottom) / 2));
+}
+
+/* The hottest cells so far, the hottest first. */
+typedef struct hot_list {
+    int count, most;
+    float contrast[SHD_HOT_MOST];
+    uint32_t cell[SHD_HOT_MOST];
+} hot_list;
+
+static void note_hot(hot_list *list, float contrast, uint32_t cell) {
+    if (list->count == list->most && contrast <= list->contrast[list->most - 1]) return;
+    int at = list->count < list->most ? list->count++ : list->most - 1;
+    for (; at > 0 && list->contrast[at - 1] < contrast; at--) {
+        list->contrast[at] = list->contrast[at - 1];
+        list->cell[at] = list->cell[at - 1];
+    }
+    list->contrast[at] = contrast;
+    list->cell[at] = cell;
+}
+
+/* Cuts a cell into smaller ones: out[SHD_CELL_ROWS][parts^2]. */
+static void cut_cell(const shd_surroundings *map, const shd_prefilter *t, int row, uint32_t column,
+                     float *out) {
+    const uint32_t *starts = shd_starts_of(t);
+    const int parts = t->hot_parts;
+    const size_t small = (size_t)parts * (size_t)parts;
+    const double wide = 2 * SHD_PI / (starts[row + 1] - starts[row]), high = SHD_PI / t->cell_rows;
+    float line[3 * WIDEST];
+    memset(out, 0, SHD_CELL_ROWS * small * sizeof *out);
+    for (int j = 0; j < parts; j++) {
+        const double top = high * (row + (double)j / parts), down = top + high / parts / 2;
+        for (int g = 0; g < 2; g++) {
+            const double at = top + high / parts * shd_gauss2[g].at;
+            blend_rows(map, at, line);
+            for (int i = 0; i < parts; i++) {
+                const size_t to = (size_t)(j * parts + i);
+                const double left = wide * (column + (double)i / parts);
+                double sum[3] = {0, 0, 0};
+                for (int e = 0; e < 2; e++)
+                    add_from_row(map, line, left + wide / parts * shd_gauss2[e].at,
+                                 sin(at) * wide * high / (4.0 * parts * parts), sum);
+                for (size_t c = 0; c < 3; c++) out[(SHD_CELL_FLUX + c) * small + to] += (float)sum[c];
+                const double turn = left + wide / parts / 2;
+                out[to] = (float)(-sin(down) * sin(turn));
+                out[small + to] = (float)cos(down);
+                out[2 * small + to] = (float)(sin(down) * cos(turn));
+            }
+        }
+    }
+}
+
+/* A hot cell's direction is where its radiance is. */
+static void move_cell(const float *smaller, size_t small, float *cell, size_t stride) {
+    double sum[3] = {0, 0, 0}, all = 0;
+    for (size_t k = 0; k < small; k++) {
+        double by = 0;
+        for (size_t c = 0; c < 3; c++) by += (double)smaller[(SHD_CELL_FLUX + c) * small + k];
+        for (size_t c = 0; c < 3; c++) sum[c] += by * (double)smaller[c * small + k];
+        all += by;
+    }
+    const double length = sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]);
+    for (size_t c = 0; c < 3 && all > 0; c++) cell[c * stride] = (float)(sum[c] / length);
+}
+
+static void cut_hot(const shd_surroundings *map, const hot_list *list, shd_prefilter *t) {
+    uint32_t *hot = (uint32_t *)(void *)((char *)t + t->hot_at);
+    float *cells = (float *)(void *)((char *)t + t->hot_cells_at);
+    const uint32_t *starts = shd_starts_of(t);
+    const size_t size = SHD_CELL_ROWS * (size_t)t->hot_parts * (size_t)t->hot_parts;
+    t->hot_count = list->count;
+    for (int k = 0; k < list->count; k++) {
+        int row = 0;
+        while (starts[row + 1] <= list->cell[k]) row++;
+        hot[k] = list->cell[k];
+        cut_cell(map, t, row, list->cell[k] - starts[row], cells + (size_t)k * size);
+        move_cell(cells + (size_t)k * size, size / SHD_CELL_ROWS,
+                  (float *)(void *)((char *)t + t->cells_at) + list->cell[k], t->cell_stride);
+    }
+}
+
 bool shd_make_cells(const shd_surroundings *map, shd_prefilter *t, const atomic_bool *cancelled) {
     uint32_t *starts = (uint32_t *)(void *)((char *)t + t->starts_at);
-    shd_cell *cells = (shd_cell *)(void *)((char *)t + t->cells_at);
+    float *cells = (float *)(void *)((char *)t + t->cells_at);
+    const size_t stride = t->cell_stride;
+    shd_row_place *places = (shd_row_place *)(void *)((char *)t + t->rows_at);
     const int rows = t->cell_rows;
     double band[2 * WIDEST][3];
+    hot_list hot = {.most = t->hot_count};
     starts[0] = 0;
+    memset(cells, 0, SHD_CELL_ROWS * stride * sizeof *cells);
     for (int j = 0; j < rows; j++) {
         if (shd_is_cancelled(cancelled)) return false;
         const int count = shd_cells_in_row(rows, j);
         const double top = SHD_PI * j / rows, down = SHD_PI * (j + 0.5) / rows;
         sum_band(map, top, top + SHD_PI / rows, count, band);
+        places[j] = (shd_row_place){cos(down), sin(down)};
         starts[j + 1] = starts[j] + (uint32_t)count;
         for (int i = 0; i < count; i++) {
-            const double turn = 2 * SHD_PI * (i + 0.5) / count;
-            shd_cell *cell = &cells[starts[j] + (uint32_t)i];
-            cell->at[0] = (float)(-sin(down) * sin(turn));
-            cell->at[1] = (float)cos(down);
-            cell->at[2] = (float)(sin(down) * cos(turn));
-            for (int c = 0; c < 3; c++) cell->flux[c] = (float)band[i][c];
+            const double turn = 2 * SHD_PI * (i + 0.5) / count, wide = 2 * SHD_PI / count;
+            note_hot(&hot, contrast_of(map, top, top + SHD_PI / rows, wide * i, wide * (i + 1)),
+                     starts[j] + (uint32_t)i);
+            float *cell = cells + starts[j] + i;
+            cell[0] = (float)(-sin(down) * sin(turn));
+            cell[stride] = (float)cos(down);
+            cell[2 * stride] = (float)(sin(down) * cos(turn));
+            for (size_t c = 0; c < 3; c++) cell[(SHD_CELL_FLUX + c) * stride] = (float)band[i][c];
         }
     }
+    cut_hot(map, &hot, t);
     return true;
 }
 

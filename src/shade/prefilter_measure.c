@@ -4,7 +4,7 @@
 #include "shade/environment.h"
 #include "shade/prefilter_parts.h"
 
-enum { BANDS = 12, SPREAD = 12, PLACES = BANDS + SPREAD };
+enum { BANDS = 12, SPREAD = 12, PLACES = BANDS + SPREAD, HOT = 32 };
 
 static shd_vec3 direction_at(double down, double turn) {
     return (shd_vec3){-sin(down) * sin(turn), cos(down), sin(down) * cos(turn)};
@@ -51,14 +51,45 @@ static shd_vec3 lean(shd_vec3 w, double height, double turn) {
     return shd_madd(out, b, cos(height) * sin(turn));
 }
 
+/* The middle of a cell in which radiance differs much, and the n-th part of them. */
+static shd_vec3 hot_place(const shd_prefilter *t, int n) {
+    const float *at = shd_cells_of(t) + shd_hot_of(t)[n];
+    return (shd_vec3){(double)at[0], (double)at[t->cell_stride], (double)at[2 * t->cell_stride]};
+}
+
 static double differ(const double a[3], const double b[3]) {
     return fmax(fabs(a[0] - b[0]), fmax(fabs(a[1] - b[1]), fabs(a[2] - b[2])));
+}
+
+static double cut_off_by(const shd_surroundings *map, const shd_prefilter *t, shd_vec3 w,
+                         shd_vec3 n) {
+    double told[3], exact[3];
+    shd_environment_integrate(map, t->exponent, w, shd_scale(n, -1), exact);
+    shd_prefilter_cut(t, w, n, told);
+    return differ(told, exact);
+}
+
+/* Horizons through hot cells, by their middles and beside them, with lobes at them and beside. */
+static double measure_hot(const shd_surroundings *map, const shd_prefilter *t, double width,
+                          const atomic_bool *cancelled) {
+    static const double beside[] = {0, 0.45, -0.45, 0.2};
+    double most = 0;
+    for (int k = 0; k < HOT && t->hot_count; k++) {
+        if (shd_is_cancelled(cancelled)) break;
+        /* The first quarter are the hottest; the others are spread over the list. */
+        const int spread = t->hot_count - 1,
+                  at = k < HOT / 4 ? k * 2 % t->hot_count : k * spread / HOT;
+        const shd_vec3 hot = hot_place(t, at), w = lean(hot, SHD_PI / 2 - 0.6 * width * (k % 3), 1.7 * k),
+                       up = lean(hot, beside[k % 4] * (double)t->cell_step, 2.4 * k);
+        most = fmax(most, cut_off_by(map, t, w, up));
+    }
+    return most;
 }
 
 bool shd_measure_filter(const shd_surroundings *map, shd_prefilter *t,
                         const atomic_bool *cancelled) {
     enum { SAFETY = 3 };
-    static const double heights[] = {0.05, 0.6, 1.4, -0.5};
+    static const double heights[] = {0.05, 0.6, 1.4, 0.3};
     const double width = 1 / sqrt(fmax(t->exponent, 1));
     shd_vec3 places[PLACES];
     double table = 0, cut = 0, told[3], exact[3];
@@ -71,12 +102,10 @@ bool shd_measure_filter(const shd_surroundings *map, shd_prefilter *t,
         table = fmax(table, differ(told, exact));
         if (!t->cell_rows) continue;
         const shd_vec3 n = lean(w, fmin(heights[k % 4] * width, 1.2), 2.6 * k);
-        const shd_vec3 below = shd_scale(n, -1);
-        shd_environment_integrate(map, t->exponent, w, below, exact);
-        shd_prefilter_cut(t, w, n, told);
-        cut = fmax(cut, differ(told, exact));
+        cut = fmax(cut, cut_off_by(map, t, w, n));
     }
+    if (t->cell_rows) cut = fmax(cut, measure_hot(map, t, width, cancelled));
     t->error = SAFETY * table + 1e-6 * shd_surroundings_most(map, t->exponent);
     t->cut_error = t->cell_rows ? SAFETY * cut + t->faint : 0;
-    return true;
+    return !shd_is_cancelled(cancelled);
 }
