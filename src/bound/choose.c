@@ -19,8 +19,8 @@ static bool is_exact(const shd_choice *choice, const shd_excess_list *list) {
 }
 
 /* How far a plan with points for shapes (point_off), or with tables of environments, is off the
- * exact tier's picture, which has shapes and quadrature: each is within its bound of the model. Channels may err any way, of any colors up to the
- * brightest. */
+ * exact tier's picture, which has shapes and quadrature: each is within its bound of the model.
+ * Channels may err any way, of any colors up to the brightest. */
 static void compare_points(const shd_plan *plan, shd_excess_list *out) {
     static const shd_parts any = {{0, 0, 0}, {1, 1, 1}};
     shd_plan shapes = *plan;

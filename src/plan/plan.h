@@ -55,7 +55,7 @@ static const double SHD_WESTIN_NEAR = 0.14;
 /* What an environment adds by one exponent, by direction, as a table (shade/prefilter.h). */
 typedef struct shd_glow {
     const struct shd_prefilter *table; /* NULL: there is none; it is summed by quadrature */
-    double error; /* no sum that it gives is farther off */
+    double error;                      /* no sum that it gives is farther off */
 } shd_glow;
 
 typedef struct shd_plan_material {
@@ -203,10 +203,10 @@ static inline const shd_glow *shd_find_glow(const shd_plan *plan, const shd_plan
                                             const shd_plan_light *light, size_t term) {
     const size_t m = (size_t)(material - plan->materials);
     const shd_glow *glow =
-        plan->glows ? &plan->glows[(m * SHD_ENVIRONMENTS_MOST + light->around) *
-                                       (1 + plan->max_lobes) +
-                                   term]
-                    : NULL;
+        plan->glows
+            ? &plan->glows[(m * SHD_ENVIRONMENTS_MOST + light->around) * (1 + plan->max_lobes) +
+                           term]
+            : NULL;
     return glow && glow->table ? glow : NULL;
 }
 

@@ -28,8 +28,8 @@ static shd_status make_table(shd_rendering *r, const shd_surroundings *map, doub
     if (status == SHD_OK)
         status = shd_stored_new(store, SHD_THING_TABLE, digest, shd_prefilter_size(exponent, lobe),
                                 &made, error);
-    if (status == SHD_OK && !shd_prefilter_make(map, exponent, lobe, r->cancelled, scratch,
-                                                shd_stored_bytes(made))) {
+    if (status == SHD_OK &&
+        !shd_prefilter_make(map, exponent, lobe, r->cancelled, scratch, shd_stored_bytes(made))) {
         shd_stored_drop(made);
         status = shd_rendering_cancelled(error);
     }
@@ -87,7 +87,8 @@ shd_status shd_rendering_glows(shd_rendering *r, const shd_plan *draft, const sh
     for (size_t j = 0; j < draft->light_count; j++) {
         const shd_plan_light *light = &draft->lights[j];
         if (!light->environment) continue;
-        if (!glows) glows = shd_arena_zalloc(r->arena, scene->material_count, of_material * sizeof *glows);
+        if (!glows)
+            glows = shd_arena_zalloc(r->arena, scene->material_count, of_material * sizeof *glows);
         if (!glows) return shd_rendering_full(r, "plan", error);
         for (size_t m = 0; m < scene->material_count; m++) {
             const shd_plan_material *material = &draft->materials[m];
@@ -96,8 +97,8 @@ shd_status shd_rendering_glows(shd_rendering *r, const shd_plan *draft, const sh
                 const double exponent = t ? material->lobes[t - 1].shininess : 1;
                 shd_glow *glow = &glows[m * of_material + light->around * terms + t];
                 if (!shd_prefilter_serves(exponent, t > 0)) continue;
-                const shd_status status = hold_glow(r, light->environment->map, exponent, t > 0,
-                                                    &glow->table, error);
+                const shd_status status =
+                    hold_glow(r, light->environment->map, exponent, t > 0, &glow->table, error);
                 if (status != SHD_OK) return status;
                 if (glow->table) glow->error = glow->table->error + glow->table->cut_error;
             }

@@ -38,9 +38,10 @@ static shd_status add_glows(shd_rendering *r, shd_arena *arena, const shd_plan *
     return SHD_OK;
 }
 
-static shd_status make_plan(shd_rendering *r, const shd_scene *scene, shd_isa isa, const shd_shown *shown,
-                            const shd_westin *const *tables, const atomic_bool *cancelled,
-                            shd_arena *arena, const shd_plan **out, shd_error *error) {
+static shd_status make_plan(shd_rendering *r, const shd_scene *scene, shd_isa isa,
+                            const shd_shown *shown, const shd_westin *const *tables,
+                            const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
+                            shd_error *error) {
     const shd_plan *draft;
     shd_choice choice;
     shd_status status = SHD_MEMORY;

@@ -69,7 +69,7 @@ static void read_visible(shd_reader *r, const shd_node *node, void *out) {
         shd_wrong(r, node, "expected true or false");
 }
 
-enum { WITH_DIRECTION = 1, COLOR = 2, INTENSITY = 4, WITH_UP = 8 }; /* marks */
+enum { WITH_DIRECTION = 1, COLOR = 2, INTENSITY = 4, WITH_UP = 8, WITH_MAP = 16 }; /* marks */
 
 #define AT(member) offsetof(raw_light, member)
 
@@ -95,7 +95,7 @@ static const shd_field light_fields[] = {
     {"size", read_size, AT(light.size), RECT, .range = &shd_positive},
     {"radius", shd_read_number, AT(light.radius), ROUND, .range = &shd_positive},
     {"visible", read_visible, AT(light.visible), .kinds = SHAPED | AROUND},
-    {"map", shd_read_map, AT(light.map), AROUND, .required = true},
+    {"map", shd_read_map, AT(light.map), AROUND, .mark = WITH_MAP},
     {"rotate", shd_read_degrees, AT(light.turn), .kinds = AROUND},
     {"frame", shd_read_choice, AT(frame), NOT_AMBIENT, .choices = frames},
     {"name", .read = shd_read_label},
@@ -190,18 +190,17 @@ static int read_kind(shd_reader *r, const shd_node *node) {
                    position = shd_node_member(node, "position");
     if (type.value) return shd_read_name(r, &type, shd_light_names);
     if (json_is_array(position.value) && json_array_size(position.value) != 3) return BARE_KIND;
-    shd_wrong(
-        r, node,
-        "a light needs a `type` (ambient, directional, point, spot, rect, disc, sphere or "
-        "environment), or a `position` of four components");
+    shd_wrong(r, node,
+              "a light needs a `type` (ambient, directional, point, spot, rect, disc, sphere or "
+              "environment), or a `position` of four components");
     return -1;
 }
 
 static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
     static const char *const names[KINDS] = {
-        "an ambient light", "a directional light", "a point light",  "a spot light",
-        "a rect light",     "a disc light",        "a sphere light", "an environment",
-        "a light without `type`"};
+        "an ambient light", "a directional light", "a point light",
+        "a spot light",     "a rect light",        "a disc light",
+        "a sphere light",   "an environment",      "a light without `type`"};
     if (!shd_is_object(r, node)) return;
     const int kind = read_kind(r, node);
     const bool known = kind >= 0, bare = kind == BARE_KIND;
@@ -226,7 +225,10 @@ static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
         memcpy(raw.light.attenuation, (double[]){1, 0, 0}, sizeof raw.light.attenuation);
         raw.light.min_distance = 0;
     }
-    if (raw.light.type == SHD_LIGHT_ENVIRONMENT) shd_finish_surroundings(r, node, &raw.light);
+    if (raw.light.type == SHD_LIGHT_ENVIRONMENT) {
+        if (!(r->seen & WITH_MAP)) shd_wrong(r, node, "the member \"map\" is missing");
+        shd_finish_surroundings(r, node, &raw.light);
+    }
     if (raw.frame == CAMERA) to_world(r, node, &raw.light);
     *out = raw.light;
 }

@@ -82,7 +82,8 @@ static void find_levels(shd_surroundings *map, texel *sorted, size_t count) {
     size_t at = 0;
     for (int k = 0; k < SHD_SURROUNDINGS_LEVELS; k++) {
         const double share = pow(2, (k + 1 - SHD_SURROUNDINGS_LEVELS) / 3.0);
-        const size_t end = k + 1 == SHD_SURROUNDINGS_LEVELS ? count : (size_t)(share * (double)count);
+        const size_t end =
+            k + 1 == SHD_SURROUNDINGS_LEVELS ? count : (size_t)(share * (double)count);
         map->levels[k] = at < count ? sorted[at].most : 0;
         map->angles[k] = 0;
         for (; at < end; at++) map->angles[k] += sorted[at].angle;
@@ -112,8 +113,8 @@ static double steepest(const shd_surroundings *map) {
             for (size_t c = 0; c < 3; c++) {
                 const double here = (double)map->texels[3 * (j * w + i) + c],
                              right = (double)map->texels[3 * (j * w + (i + 1) % w) + c],
-                             below = j + 1 < h ? (double)map->texels[3 * ((j + 1) * w + i) + c]
-                                               : here;
+                             below =
+                                 j + 1 < h ? (double)map->texels[3 * ((j + 1) * w + i) + c] : here;
                 /* Between two rows the one that is nearer to the pole counts. */
                 most = fmax(most, 1.5 * hypot((right - here) / across,
                                               (below - here) * (double)h / SHD_PI));
@@ -155,8 +156,7 @@ static void make_builtin(int which, void (*paint)(shd_vec3 d, double rgb[3])) {
             const shd_vec3 d = {sin(down) * sin(turn), cos(down), -sin(down) * cos(turn)};
             double rgb[3];
             paint(d, rgb);
-            for (int c = 0; c < 3; c++)
-                texels[which][3 * (j * WIDTH + i) + c] = (float)rgb[c];
+            for (int c = 0; c < 3; c++) texels[which][3 * (j * WIDTH + i) + c] = (float)rgb[c];
         }
     shd_surroundings map = {.name = shd_surroundings_names[which],
                             .width = WIDTH,

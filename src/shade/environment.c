@@ -223,8 +223,8 @@ static void sum_column(sum *s, size_t i, const double jumps[4], const double ben
     }
 }
 
-void shd_environment_integrate(const shd_surroundings *map, double exponent, shd_vec3 w,
-                               shd_vec3 n, double out[3]) {
+void shd_environment_integrate(const shd_surroundings *map, double exponent, shd_vec3 w, shd_vec3 n,
+                               double out[3]) {
     const double least = exponent > 0 ? pow(FAINT, 1 / exponent) : 0;
     sum s; /* the ladder is large */
     s.map = map;
@@ -239,10 +239,11 @@ void shd_environment_integrate(const shd_surroundings *map, double exponent, shd
     find_jumps(w, jumps);
     find_jumps(n, jumps + 2);
     climb(&s);
-    const double step = 2 * SHD_PI / map->width, reach = acos(least), down = acos(fmin(fmax(w.y, -1), 1)),
-                 sine = sin(reach), aside = hypot(w.x, w.z);
+    const double step = 2 * SHD_PI / map->width, reach = acos(least),
+                 down = acos(fmin(fmax(w.y, -1), 1)), sine = sin(reach), aside = hypot(w.x, w.z);
     /* The lobe's longitudes, unless it holds a pole. */
-    const bool all = down <= reach * (1 + 1e-9) || SHD_PI - down <= reach * (1 + 1e-9) || sine >= aside;
+    const bool all =
+        down <= reach * (1 + 1e-9) || SHD_PI - down <= reach * (1 + 1e-9) || sine >= aside;
     const double middle = atan2(-w.x, w.z), half = all ? SHD_PI : asin(sine / aside);
     const long long columns = map->width;
     const long long first = all ? 0 : (long long)floor((middle - half) / step - 0.5),

@@ -18,5 +18,5 @@
  * texel, where radiance is linear, by Gauss' rule; meridians are summed the same way, finer where
  * the horizon or the lobe's own end comes near a pole. Its error is far below
  * SHD_ENVIRONMENT_TOLERANCE (plan/tier.h) of shd_surroundings_most. */
-void shd_environment_integrate(const shd_surroundings *map, double exponent, shd_vec3 w,
-                               shd_vec3 n, double out[3]);
+void shd_environment_integrate(const shd_surroundings *map, double exponent, shd_vec3 w, shd_vec3 n,
+                               double out[3]);

@@ -35,7 +35,8 @@ static void lay_out(double exponent, bool lobe, shd_prefilter *out) {
     size_t cells = 0;
     for (int j = 0; j < out->cell_rows; j++) cells += (size_t)shd_cells_in_row(out->cell_rows, j);
     out->cell_step = lobe ? (float)(SHD_PI / out->cell_rows) : 0;
-    out->cell_stride = lobe ? padded_to((cells + SHD_CELL_LANES) * sizeof(float)) / sizeof(float) : 0;
+    out->cell_stride =
+        lobe ? padded_to((cells + SHD_CELL_LANES) * sizeof(float)) / sizeof(float) : 0;
     out->table_at = padded_to(sizeof *out);
     const size_t nodes = (size_t)(out->columns + 4) * (size_t)(out->rows + 4);
     out->starts_at = out->table_at + padded_to(3 * nodes * sizeof(float));
@@ -109,8 +110,8 @@ typedef struct lanes {
     four sum[3];
 } lanes;
 
-/* Adds `count` cells from `x` on, of half the width `half`, that are below the horizon n.x < 0, as far as the lobe
- * reaches. Cells on the horizon count by about the share of them that is below. */
+/* Adds `count` cells from `x` on, of half the width `half`, that are below the horizon n.x < 0, as
+ * far as the lobe reaches. Cells on the horizon count by about the share of them that is below. */
 static void add_cells(const shd_prefilter *t, const float *x, size_t stride, float half,
                       size_t count, const float w[3], const float n[3], lanes *to) {
     const four over = all_of(0.5F / half), inverse = all_of(1 / t->reach), one = all_of(1);
@@ -147,8 +148,7 @@ static void add_row(const shd_prefilter *t, int row, int from, int many, const f
     const float *cells = shd_cells_of(t) + starts[row];
     const size_t stride = t->cell_stride;
     add_cells(t, cells + from, stride, t->half, (size_t)straight, w, n, to);
-    if (many > straight)
-        add_cells(t, cells, stride, t->half, (size_t)(many - straight), w, n, to);
+    if (many > straight) add_cells(t, cells, stride, t->half, (size_t)(many - straight), w, n, to);
 }
 
 /* Takes smaller cells for those that the horizon crosses, if they have some. */
@@ -172,9 +172,8 @@ static void add_hot(const shd_prefilter *t, const float w[3], const float n[3], 
 /* To 7e-5 (M. Abramowitz and I. Stegun, Handbook of Mathematical Functions, 4.4.45), which is a
  * hundredth of the least cell. */
 static double about_acos(double x) {
-    const double z = fabs(x),
-                 y = sqrt(fmax(1 - z, 0)) *
-                     (1.5707288 + z * (-0.2121144 + z * (0.0742610 - z * 0.0187293)));
+    const double z = fabs(x), y = sqrt(fmax(1 - z, 0)) *
+                                  (1.5707288 + z * (-0.2121144 + z * (0.0742610 - z * 0.0187293)));
     return x < 0 ? SHD_PI - y : y;
 }
 
@@ -289,6 +288,5 @@ bool shd_prefilter_make(const shd_surroundings *map, double exponent, bool lobe,
         make_kernel(out);
         if (!shd_make_cells(map, out, cancelled)) return false;
     }
-    return shd_filter_map(map, out, cancelled, scratch) &&
-           shd_measure_filter(map, out, cancelled);
+    return shd_filter_map(map, out, cancelled, scratch) && shd_measure_filter(map, out, cancelled);
 }

@@ -3,7 +3,8 @@
  * A table holds 1/pi integral v(L) (L.W)+^n dw at nodes of a grid over longitude and latitude, and
  * is read by cubic interpolation between 4 by 4 of them. It takes no account of the horizon: where
  * the surface's cuts the lobe, what is below is summed over cells of the sphere and taken off.
- * The cells are 4.5 times narrower than the lobe is wide (1 / sqrt(n)), or as narrow as 1000 asks for.
+ * The cells are 4.5 times narrower than the lobe is wide (1 / sqrt(n)), or as narrow as 1000 asks
+ for.
  *
 
  * Of the cells in which radiance differs most, a sun's or a lamp's edge, those that the horizon
@@ -30,11 +31,12 @@ typedef struct shd_prefilter {
     double most;             /* the map's brightest channel */
     int32_t columns, rows;   /* of the table, without what is repeated around it */
     int32_t cell_rows;
-    float cell_step, half; /* between rows of cells, and half of that */
-    float reach;           /* the lobe is nothing where 1 - L.W is more */
-    float kernel[7];       /* its 16th root, by (1 - L.W) / reach */
+    float cell_step, half;        /* between rows of cells, and half of that */
+    float reach;                  /* the lobe is nothing where 1 - L.W is more */
+    float kernel[7];              /* its 16th root, by (1 - L.W) / reach */
     int32_t hot_count, hot_parts; /* cells that have smaller ones, and how many each way */
-    uint64_t cell_stride, hot_at, hot_cells_at, rows_at, table_at, starts_at, cells_at, bytes; /* offsets in the block */
+    uint64_t cell_stride, hot_at, hot_cells_at, rows_at, table_at, starts_at, cells_at,
+        bytes; /* offsets in the block */
 } shd_prefilter;
 
 /* Whether there may be a table of the exponent: the diffuse term's is 1. Lobes below 2 are so wide,

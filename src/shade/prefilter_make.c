@@ -108,7 +108,8 @@ static void cut_cell(const shd_surroundings *map, const shd_prefilter *t, int ro
                 for (int e = 0; e < 2; e++)
                     add_from_row(map, line, left + wide / parts * shd_gauss2[e].at,
                                  sin(at) * wide * high / (4.0 * parts * parts), sum);
-                for (size_t c = 0; c < 3; c++) out[(SHD_CELL_FLUX + c) * small + to] += (float)sum[c];
+                for (size_t c = 0; c < 3; c++)
+                    out[(SHD_CELL_FLUX + c) * small + to] += (float)sum[c];
                 const double turn = left + wide / parts / 2;
                 out[to] = (float)(-sin(down) * sin(turn));
                 out[small + to] = (float)cos(down);

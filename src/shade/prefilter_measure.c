@@ -79,7 +79,8 @@ static double measure_hot(const shd_surroundings *map, const shd_prefilter *t, d
         /* The first quarter are the hottest; the others are spread over the list. */
         const int spread = t->hot_count - 1,
                   at = k < HOT / 4 ? k * 2 % t->hot_count : k * spread / HOT;
-        const shd_vec3 hot = hot_place(t, at), w = lean(hot, SHD_PI / 2 - 0.6 * width * (k % 3), 1.7 * k),
+        const shd_vec3 hot = hot_place(t, at),
+                       w = lean(hot, SHD_PI / 2 - 0.6 * width * (k % 3), 1.7 * k),
                        up = lean(hot, beside[k % 4] * (double)t->cell_step, 2.4 * k);
         most = fmax(most, cut_off_by(map, t, w, up));
     }

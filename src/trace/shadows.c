@@ -164,7 +164,7 @@ static in_the_way find_way(const shadow_map *map, const shd_plan_light *light, s
 static void share_behind(const shadow_map *map, const shd_plan_light *light, const shd_surface *at,
                          in_the_way way, double *out) {
     share_all(map, out);
-    if (light->environment) return;              /* it casts none */
+    if (light->environment) return;     /* it casts none */
     if (way.list && !way.count) return; /* a flat surface is no fold */
     const shd_vec3 own = own_normal(map, at);
     if (light->shape) {

@@ -1,4 +1,5 @@
-/* Scenes in environments: tables against quadrature, and what keys, layers and turning must keep. */
+/* Scenes in environments: tables against quadrature, and what keys, layers and turning must keep.
+ */
 #include "property/film_of.h"
 
 static char *scene_in(const char *map, const char *light, const char *accuracy, double turn) {

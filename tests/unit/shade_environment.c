@@ -91,7 +91,8 @@ static void a_sun_that_sets_is_as_all_texels(void **state) {
     const shd_vec3 sun = {cos(high) * 0.6, sin(high), cos(high) * 0.8};
     for (int k = 0; k < 4; k++) {
         const double n = k % 2 ? 40 : 6, most = shd_surroundings_most(map, n);
-        const shd_vec3 w = lean(sun, SHD_PI / 2 - 0.1 * k, k), normal = lean(sun, 0.02 * k - 0.03, k);
+        const shd_vec3 w = lean(sun, SHD_PI / 2 - 0.1 * k, k),
+                       normal = lean(sun, 0.02 * k - 0.03, k);
         double found[3], fine[3];
         shd_environment_integrate(map, n, w, normal, found);
         brute_force(map, n, w, normal, 6, fine);
@@ -154,10 +155,10 @@ static void tables_keep_their_bounds(void **state) {
         for (int i = 0; i < 60; i++) {
             /* Some on the seam and at the poles, and horizons near and far from the lobe. */
             const shd_vec3 aside = lean(lamp, SHD_PI / 2 - uniform() / sqrt(n), 7 * uniform()),
-                           w = i < 10    ? direction(i % 2 ? SHD_PI * (i - 1) / 8 : 1e-4 * i,
-                                                     i % 3 ? 1e-9 * (i - 5) : SHD_PI)
-                               : i % 3   ? any_direction()
-                                         : aside;
+                           w = i < 10 ? direction(i % 2 ? SHD_PI * (i - 1) / 8 : 1e-4 * i,
+                                                  i % 3 ? 1e-9 * (i - 5) : SHD_PI)
+                               : i % 3 ? any_direction()
+                                       : aside;
             shd_vec3 normal = lean(w, 3 * (uniform() - 0.4) / sqrt(n), 7 * uniform());
             /* And some through the sun, or a lamp. */
             if (i % 3 == 0) normal = lean(lamp, 0.1 * (uniform() - 0.5), 7 * uniform());

@@ -110,8 +110,8 @@ static shd_brought meet_drifted(const shd_plan *plan, size_t index, const shd_ex
 /* Rays that meet nothing: `turned` is how far off their directions are. */
 static shd_brought meet_nothing(const shd_plan *plan, double turned, double rounding) {
     const double most = shd_background_most(plan);
-    return (shd_brought){most, rounding * most + shd_smaller(shd_backdrop_slope(plan->scene) * turned,
-                                                             most)};
+    return (shd_brought){most, rounding * most +
+                                   shd_smaller(shd_backdrop_slope(plan->scene) * turned, most)};
 }
 
 bool shd_lets_through(const shd_plan *plan, size_t object) {

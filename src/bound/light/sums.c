@@ -117,8 +117,8 @@ void shd_add_environment(shd_lit_errors *f, const shd_plan_light *light, double 
         const double exponent = t ? m->lobes[t - 1].shininess : 1,
                      most = shd_around_most(from, exponent);
         const shd_glow *glow = shd_find_glow(f->plan, m, light, t);
-        const double summed = glow ? shd_around_gain(from) * glow->error
-                                   : SHD_ENVIRONMENT_TOLERANCE * most;
+        const double summed =
+            glow ? shd_around_gain(from) * glow->error : SHD_ENVIRONMENT_TOLERANCE * most;
         const double error = summed + shd_around_turned(from, exponent, off);
         add_product(f, product_of(f->plan, m, light, t, color), most, shd_smaller(error, most));
     }

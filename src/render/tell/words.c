@@ -4,8 +4,8 @@
 
 #include "bound/light/extended.h"
 #include "render/tell/lamps.h"
-#include "scene/surroundings.h"
 #include "render/tell/words.h"
+#include "scene/surroundings.h"
 #include "shade/westin.h"
 
 enum { LIGHTS_NAMED = 8 }; /* lights that are left out and named; more are counted */
@@ -136,11 +136,12 @@ static void say_lamps(json_t *words, const shd_plan *plan) {
         double off;
         if (around) {
             const char *method = shd_around_method(plan, j, &off);
-            say_line(words,
-                     "Light %zu (environment, \"%s\"): by %s, off by at most %.1e of what it adds at "
-                     "most%s.",
-                     plan->lights[j].index, around->map->name, method, off,
-                     strcmp(method, "tables") ? "" : ", as measured when they were made");
+            say_line(
+                words,
+                "Light %zu (environment, \"%s\"): by %s, off by at most %.1e of what it adds at "
+                "most%s.",
+                plan->lights[j].index, around->map->name, method, off,
+                strcmp(method, "tables") ? "" : ", as measured when they were made");
             told++;
         }
         if (!light) continue;

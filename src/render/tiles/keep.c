@@ -107,8 +107,12 @@ static void put_light(hash *h, const shd_plan_light *light) {
 }
 
 static void put_lights(hash *h, const shd_plan *plan) {
-    const uint64_t counts[] = {plan->tier, plan->grey_lights, plan->light_count, plan->group_count,
-                               plan->scene->light_count /* lobes are cut by it */, plan->glows != NULL};
+    const uint64_t counts[] = {plan->tier,
+                               plan->grey_lights,
+                               plan->light_count,
+                               plan->group_count,
+                               plan->scene->light_count /* lobes are cut by it */,
+                               plan->glows != NULL};
     put_bytes(h, counts, sizeof counts);
     for (size_t j = 0; j < plan->light_count; j++) put_light(h, &plan->lights[j]);
     for (size_t g = 0; g < plan->group_count; g++) {
