@@ -10,7 +10,9 @@ enum { SHD_KERNEL_TERMS = 7, SHD_CELL_LANES = 4, SHD_HOT_MOST = 128, SHD_HOT_PAR
 enum { SHD_CELL_AT = 0, SHD_CELL_FLUX = 3, SHD_CELL_ROWS = 6 };
 
 /* How many cells row `row` of `rows` has: about as wide as high. */
-int shd_cells_in_row(int rows, int row);
+static inline int shd_cells_in_row(int rows, int row) {
+    return (int)ceil(2 * rows * sin(SHD_PI * (row + 0.5) / rows));
+}
 
 /* [rows + 4][columns + 4][3]: two nodes beyond each end are those of the other side. */
 static inline const float *shd_table_of(const shd_prefilter *t) {

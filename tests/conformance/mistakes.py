@@ -400,7 +400,6 @@ OF_SECOND = [
     [put("/lights/1/visible", 1)],
     [put("/lights/1/color", 1)],
     [put("/lights/1/direction", [0, 1, 0])],
-    [put("/materials/grey/model", "oren-nayar")],
     [put("/camera/fov", 40)],
     [put("/camera/height", 0)],
     [put("/camera/up", [0, 0, 1])],

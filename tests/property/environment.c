@@ -132,6 +132,24 @@ static void what_is_kept_knows_the_environment(void **state) {
     shd_engine_drop(keeping);
 }
 
+/* What an environment cannot be in is told of the light. */
+static void what_it_cannot_light_is_refused(void **state) {
+    static const char *const members[] = {
+        "\"objects\": [{\"type\": \"sphere\", \"material\": {\"model\": \"oren-nayar\"}}]",
+        "\"spectral\": true, \"objects\": [{\"type\": \"sphere\"}]"};
+    for (int k = 0; k < 2; k++) {
+        char *json = text_of("{\"lights\": [{\"type\": \"environment\", \"map\": \"sky\"}], %s}",
+                             members[k]);
+        shd_request *request = NULL;
+        shd_error error;
+        assert_int_equal(shd_request_new(*state, &request, &error), SHD_OK);
+        assert_int_equal(shd_request_read(request, json, strlen(json), SHD_PNG), SHD_SCENE);
+        assert_string_equal(shd_request_report(request)->errors[0].pointer, "/lights/0");
+        shd_request_drop(request);
+        free(json);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tables_are_within_their_bounds),
@@ -139,6 +157,7 @@ int main(void) {
         cmocka_unit_test(a_whole_turn_changes_nothing),
         cmocka_unit_test(layers_add_up),
         cmocka_unit_test(what_is_kept_knows_the_environment),
+        cmocka_unit_test(what_it_cannot_light_is_refused),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
 }
