@@ -18,13 +18,14 @@ static bool is_exact(const shd_choice *choice, const shd_excess_list *list) {
     return choice->tier == SHD_EXACT && list->more == 0;
 }
 
-/* How far a plan with points for shapes (point_off) is off the exact tier's picture, which has
- * shapes: each is within its bound of the model. Channels may err any way, of any colors up to the
- * brightest. */
+/* How far a plan with points for shapes (point_off), or with tables of environments, is off the
+ * exact tier's picture, which has shapes and quadrature: each is within its bound of the model.
+ * Channels may err any way, of any colors up to the brightest. */
 static void compare_points(const shd_plan *plan, shd_excess_list *out) {
     static const shd_parts any = {{0, 0, 0}, {1, 1, 1}};
     shd_plan shapes = *plan;
     shapes.point_off = 0;
+    shapes.glows = NULL;
     *out = (shd_excess_list){.count = 1, .mixed = plan->scene->raster.samples > 1};
     out->more = shd_extended_error(plan) + shd_extended_error(&shapes);
     shd_excess *e = &out->excess[0];
@@ -36,7 +37,7 @@ static void compare_points(const shd_plan *plan, shd_excess_list *out) {
 /* The bound of it in codes, or in CIEDE2000: `enough` as in shd_bound_delta_e. */
 static double shown_off(const shd_plan *plan, const shd_shown *shown, shd_metric metric,
                         double enough) {
-    if (!(plan->point_off > 0)) return 0;
+    if (!(plan->point_off > 0) && !plan->glows) return 0;
     shd_excess_list list;
     double worst = 0;
     compare_points(plan, &list);
@@ -48,13 +49,20 @@ static double shown_off(const shd_plan *plan, const shd_shown *shown, shd_metric
     return worst;
 }
 
+/* The plan as it was chosen so far. */
+static shd_plan chosen_plan(const shd_choice *choice) {
+    shd_plan plan = *choice->plan;
+    plan.point_off = choice->point_off;
+    if (choice->by_quadrature) plan.glows = NULL;
+    return plan;
+}
+
 /* The worst of all outputs. */
 static void set_bound(shd_choice *choice, const shd_shown *shown, shd_excess_list *list) {
     const size_t outputs = choice->plan->scene->output_count;
     shd_bound *bound = &choice->bound;
     if (shd_errs_otherwise(choice->plan)) {
-        shd_plan plan = *choice->plan;
-        plan.point_off = choice->point_off;
+        const shd_plan plan = chosen_plan(choice);
         *bound = (shd_bound){shd_extended_error(&plan), shown_off(&plan, shown, SHD_CODE, 0),
                              shown_off(&plan, shown, SHD_DELTA_E_2000, 0)};
         return;
@@ -84,8 +92,11 @@ static bool is_within(const shd_choice *choice, const shd_shown *shown,
     const shd_scene *scene = choice->plan->scene;
     const shd_metric metric = scene->accuracy.metric;
     const double most = scene->accuracy.max_error;
-    if (shd_errs_otherwise(choice->plan))
-        return metric != SHD_LINEAR || shd_extended_error(choice->plan) <= most;
+    if (shd_errs_otherwise(choice->plan)) {
+        const shd_plan plan = chosen_plan(choice);
+        if (metric == SHD_LINEAR) return shd_extended_error(&plan) <= most;
+        return shown_off(&plan, shown, metric, most) <= most;
+    }
     if (metric == SHD_LINEAR) return shd_bound_linear(list) <= most;
     if (is_exact(choice, list)) return true;
     for (size_t o = 0; shown && o < scene->output_count; o++) {
@@ -216,10 +227,11 @@ static bool has_shapes(const shd_plan *plan) {
 }
 
 /* The most that lights with a shape may be off as points within the budget. */
-static double find_point_off(const shd_plan *draft, const shd_shown *shown) {
+static double find_point_off(const shd_plan *draft, bool by_quadrature, const shd_shown *shown) {
     const shd_accuracy *accuracy = &draft->scene->accuracy;
     const double most = accuracy->max_error;
     shd_plan plan = *draft;
+    if (by_quadrature) plan.glows = NULL;
     for (plan.point_off = 1e-2; plan.point_off > 1e-8; plan.point_off /= 10) {
         if (shd_is_cancelled(draft->cancelled)) return plan.point_off;
         const double off = accuracy->metric == SHD_LINEAR
@@ -238,9 +250,11 @@ static shd_status meet_exactly(shd_choice *choice, const shd_shown *shown, shd_a
     if (!shd_errs_otherwise(choice->plan) &&
         !shd_excess_find(choice->plan, SHD_EXACT, arena, &list, NULL))
         return SHD_MEMORY;
+    choice->by_quadrature =
+        choice->plan->scene->accuracy.exactly || !is_within(choice, shown, &list);
     if (!is_within(choice, shown, &list)) return fail_budget(choice->plan, shown, arena, error);
     if (has_shapes(choice->plan) && !choice->plan->scene->accuracy.exactly)
-        choice->point_off = find_point_off(choice->plan, shown);
+        choice->point_off = find_point_off(choice->plan, choice->by_quadrature, shown);
     set_bound(choice, shown, &list);
     return SHD_OK;
 }
@@ -269,7 +283,9 @@ static shd_status meet_budget(shd_choice *choice, const shd_shown *shown,
 shd_status shd_choose(const shd_plan *draft, const shd_shown *shown, const shd_kernel_cost *costs,
                       shd_arena *arena, shd_choice *out, shd_error *error) {
     const shd_accuracy *accuracy = &draft->scene->accuracy;
-    shd_choice choice = {.plan = draft, .tier = draft->extended ? SHD_EXACT : accuracy->tier};
+    shd_choice choice = {.plan = draft,
+                         .tier = draft->extended ? SHD_EXACT : accuracy->tier,
+                         .by_quadrature = !accuracy->budget && accuracy->tier == SHD_EXACT};
     const shd_status status = accuracy->budget ? meet_budget(&choice, shown, costs, arena, error)
                               : find_bound(&choice, shown, arena) ? SHD_OK
                                                                   : SHD_MEMORY;

@@ -49,11 +49,22 @@ static double shape_cost(const shd_plan_material *m, const shd_light *shape, int
     return sum;
 }
 
+/* Environments: a look at a table, of a lobe with the cut that some points have; and quadrature. */
+static double around_cost(const shd_plan *plan, const shd_plan_material *m,
+                          const shd_plan_light *light) {
+    static const double DIFFUSE = 90, LOBE = 500, QUADRATURE = 1e6;
+    double sum = 0;
+    for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++)
+        sum += !shd_find_glow(plan, m, light, t) ? QUADRATURE : t ? LOBE : DIFFUSE;
+    return sum;
+}
+
 double shd_beyond_cost(const shd_plan *plan, const shd_plan_material *m,
                        const shd_plan_light *light, double vectors) {
     const bool shadows = plan->scene->trace.shadows;
     const int way = shadows && plan->tinted ? ALONE : VECTORS;
     const double shared = shadows ? SHARED : 0;
+    if (light->environment) return around_cost(plan, m, light);
     if (light->shape) return shared + shape_cost(m, light->shape, way);
     if (way == VECTORS) return shared + vectors + models[m->model];
     return points.light + (double)m->lobe_count * points.lobe + models[m->model];

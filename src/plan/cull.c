@@ -37,7 +37,7 @@ size_t shd_plan_cull(const shd_plan *plan, const shd_patch *patch, const uint32_
     const double cosine = patch->cos_spread, sine = sqrt(fmax(0, 1 - cosine * cosine));
     for (size_t i = 0; i < count; i++) {
         const shd_plan_light *light = &plan->lights[in[i]];
-        if (light->shape) { /* It is not where its middle is. */
+        if (light->shape || light->environment) { /* It is not where its middle is. */
             out[kept++] = in[i];
             continue;
         }

@@ -30,6 +30,10 @@ typedef struct shd_plan_light {
     bool steep;              /* too steep for f32: a narrow fade, a high exponent, or one below 1 */
     const double (*bins)[3]; /* of plan->bins; NULL: the light is RGB, which is `color` */
     const struct shd_light *shape; /* the scene's light, if it has a shape; else NULL */
+    /* The scene's light if it is an environment, and its number among these; else NULL. It counts
+     * as directional, from nowhere. */
+    const struct shd_light *environment;
+    size_t around;
 } shd_plan_light;
 
 /* Whether the light's cone ends without a penumbra. Light jumps there, so that f32 may not decide

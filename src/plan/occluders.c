@@ -55,6 +55,7 @@ static bool plane_is_between(const shd_object *plane, shd_ball at, const shd_pla
 }
 
 bool shd_may_hide(shd_ball at, const shd_plan_light *light, shd_ball by) {
+    if (light->environment) return false;
     if (light->directional) return is_on_the_way(at, light->toward, by);
     return touches_hull(light_ball(light), at, by);
 }
@@ -62,6 +63,7 @@ bool shd_may_hide(shd_ball at, const shd_plan_light *light, shd_ball by) {
 bool shd_may_object_hide(const shd_plan *plan, shd_ball at, const shd_plan_light *light,
                          size_t by) {
     const shd_plan_object *object = &plan->objects[by];
+    if (light->environment) return false;
     return object->bounded ? shd_may_hide(at, light, ball_of(object))
                            : plane_is_between(&plan->scene->objects[by], at, light);
 }

@@ -40,6 +40,7 @@ typedef struct shd_strays {
     double far;    /* four times as far as any light is from anything bounded, at least */
     shd_stray *of; /* [object_count] */
     double wide;
+    double slope;    /* of what is seen behind all objects, by direction (shd_backdrop_slope) */
     double rounding; /* a length: how far off the surface f64 puts hits */
     double further;  /* the part of it for each length of the ray, on infinite planes */
     double seen;     /* how far off is what the eye sees, but for what further rays bring */

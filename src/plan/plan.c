@@ -9,7 +9,8 @@ static shd_plan_light plan_light(const shd_light *light, size_t index) {
     shd_plan_light out = {.index = index};
     memcpy(out.color, light->color, sizeof out.color);
     out.shape = shd_has_shape(light->type) ? light : NULL;
-    out.directional = light->type == SHD_LIGHT_DIRECTIONAL;
+    out.environment = light->type == SHD_LIGHT_ENVIRONMENT ? light : NULL;
+    out.directional = light->type == SHD_LIGHT_DIRECTIONAL || out.environment;
     out.spot = light->type == SHD_LIGHT_SPOT;
     out.position = light->position;
     out.toward = shd_scale(light->direction, -1);
@@ -103,7 +104,7 @@ static void find_greys(shd_plan *plan) {
     for (size_t j = 0; j < plan->light_count; j++)
         plan->grey_lights &= shd_is_grey(plan->lights[j].color);
     plan->opaque = !scene->transparent;
-    plan->grey = plan->grey_lights && shd_is_grey(scene->background);
+    plan->grey = plan->grey_lights && shd_is_grey(scene->background) && !scene->backdrop;
     for (size_t i = 0; i < scene->material_count; i++) {
         const shd_plan_material *material = &plan->materials[i];
         plan->grey &= shd_is_grey(material->emissive) && shd_is_grey(material->ambient) &&
@@ -116,9 +117,9 @@ static void find_greys(shd_plan *plan) {
 
 /* Whether anything that is used goes beyond Phong's model and lights that are points. */
 static bool is_extended(const shd_scene *scene, const shd_plan_light *lights, size_t count) {
-    if (shd_is_traced(scene) || scene->spectral.channels) return true;
+    if (shd_is_traced(scene) || scene->spectral.channels || scene->backdrop) return true;
     for (size_t j = 0; j < count; j++)
-        if (lights[j].shape) return true;
+        if (lights[j].shape || lights[j].environment) return true;
     for (size_t m = 0; m < scene->material_count; m++)
         if (scene->materials[m].model != SHD_MODEL_PHONG) return true;
     return false;
@@ -172,7 +173,7 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
         .scene = scene, .isa = isa, .whole = whole, .max_terms = 1, .cancelled = cancelled};
 
     double ambient[3], (*bins)[3];
-    size_t count = 0;
+    size_t count = 0, around = 0;
     if (!shd_plan_bins(plan, &bins, arena) || !shd_plan_tinted(plan, arena)) return false;
     memcpy(ambient, scene->ambient, sizeof ambient);
     for (size_t i = 0; i < scene->light_count; i++) {
@@ -185,6 +186,10 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
             drops[i] = SHD_DROP_BLACK;
         else
             lights[count++] = plan_light(light, i);
+        if (light->type == SHD_LIGHT_ENVIRONMENT) {
+            if (drops[i] == 0) lights[count - 1].around = around;
+            around++;
+        }
     }
     if (!shd_plan_light_bins(plan, lights, count, arena)) return false;
     plan->extended = is_extended(scene, lights, count);
@@ -224,6 +229,7 @@ bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan 
     plan->drop_relative = choice->drop_relative;
     plan->dropped = choice->dropped;
     plan->point_off = choice->point_off;
+    if (choice->by_quadrature) plan->glows = NULL;
     plan->bound = choice->bound;
     if (!shd_plan_summarize(plan, arena)) return false;
     *out = plan;

@@ -52,6 +52,12 @@ typedef struct shd_table_limits {
 /* Directions whose sine of the rise is less read no node but the first three from the normal. */
 static const double SHD_WESTIN_NEAR = 0.14;
 
+/* What an environment adds by one exponent, by direction, as a table (shade/prefilter.h). */
+typedef struct shd_glow {
+    const struct shd_prefilter *table; /* NULL: there is none; it is summed by quadrature */
+    double error;                      /* no sum that it gives is farther off */
+} shd_glow;
+
 typedef struct shd_plan_material {
     double emissive[3];
     double ambient[3];  /* ka Ia */
@@ -157,6 +163,9 @@ typedef struct shd_plan {
     /* [scene->material_count]: what the microgeometry of each material reflects (shade/westin.h);
      * NULL for others. NULL: there is none, or it is not simulated yet. */
     const struct shd_westin *const *westin;
+    /* [scene->material_count][SHD_ENVIRONMENTS_MOST][1 + max_lobes]: of the diffuse term and the
+     * lobes under each environment; NULL: all are summed by quadrature, as in the exact tier. */
+    const shd_glow *glows;
     const shd_bins *bins; /* the channels of spectral scenes; NULL: RGB */
     /* Whether rays carry bins, because coefficients of a spectral scene's rays are colored. Others
      * multiply all bins alike, and so a color. */
@@ -177,6 +186,7 @@ typedef struct shd_choice {
     shd_tier tier;
     double drop_tolerance, drop_relative, dropped; /* as in shd_plan */
     double point_off;                              /* as in shd_plan */
+    bool by_quadrature;                            /* without plan->glows */
     shd_bound bound;
 } shd_choice;
 
@@ -192,6 +202,18 @@ bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_aren
 
 /* Makes the plan that was chosen. False: memory. */
 bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan **out);
+
+/* The table of an environment on a term (0: diffuse, 1 + lobe). NULL: there is none. */
+static inline const shd_glow *shd_find_glow(const shd_plan *plan, const shd_plan_material *material,
+                                            const shd_plan_light *light, size_t term) {
+    const size_t m = (size_t)(material - plan->materials);
+    const shd_glow *glow =
+        plan->glows
+            ? &plan->glows[(m * SHD_ENVIRONMENTS_MOST + light->around) * (1 + plan->max_lobes) +
+                           term]
+            : NULL;
+    return glow && glow->table ? glow : NULL;
+}
 
 /* The color of a light on a term of a material (0: diffuse, 1 + lobe), which multiplies the term's
  * weight: sum_b k_b w_b over the bins of a spectral scene, where the material's own color is 1. Any

@@ -125,7 +125,7 @@ static uint8_t find_drop(const reach *r, const shd_plan_object *object,
                          const shd_plan_material *material, const shd_back *back, size_t j) {
     const shd_plan_light *light = &r->given[j];
     /* Mirrors see what the camera does not, and a shape is not where its middle is. */
-    const bool everywhere = r->plan->scene->trace.depth || light->shape;
+    const bool everywhere = r->plan->scene->trace.depth || light->shape || light->environment;
     if (!reflects_color(material, light->color)) return SHD_DROP_UNLIT;
     if (everywhere) return 0;
     if (light->spot && object->bounded &&

@@ -72,7 +72,7 @@ static bool is_clear(const face *f, shd_vec3 position) {
 
 static void look_at_light(gathering *g, const face *f, size_t j) {
     const shd_plan_light *light = &g->plan->lights[j];
-    if (light->shape) return; /* it is in no plane */
+    if (light->shape || light->environment) return; /* it is in no plane */
     shd_vec3 toward = light->toward;
     double in = IN_PLANE, near = NEAR_PLANE;
     if (!light->directional) {

@@ -58,5 +58,9 @@ static const double SHD_HIT_ROUNDING = 16 * 0x1p-53;
  * light adds (shade/area.h). */
 static const double SHD_AREA_TOLERANCE = 1e-6;
 
+/* What quadrature of an environment may be off, of the most that it adds (shade/environment.h).
+ * Tests see less than a fifth of it. */
+static const double SHD_ENVIRONMENT_TOLERANCE = 2e-4;
+
 /* What quadrature of other models over directions may be off, of the most that a light adds. */
 static const double SHD_AREA_MODEL_TOLERANCE = 3e-5;

@@ -8,6 +8,7 @@
 #include "base/machine.h"
 #include "color/file.h"
 #include "image/image.h"
+#include "render/glow_tables.h"
 #include "render/tiles/reuse.h"
 #include "render/westin_tables.h"
 
@@ -49,6 +50,13 @@ static size_t give_spares(void *spares, size_t bytes) {
 static size_t give_meshes(void *store, size_t bytes) {
     const size_t kept = shd_store_load_of(store).bytes;
     return shd_store_shrink(store, kept > bytes ? kept - bytes : 0);
+}
+
+/* Of environments first: they are made in less time. */
+static size_t give_tables(void *context, size_t bytes) {
+    const shd_engine *engine = context;
+    const size_t given = give_meshes(engine->glows, bytes);
+    return given < bytes ? given + shd_westin_tables_trim(engine->westin, bytes - given) : given;
 }
 
 void shd_engine_rest(shd_engine *engine) {
@@ -145,6 +153,8 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
         status = shd_store_new(options->mesh_store, options->budget, &engine->store, error);
     if (status == SHD_OK)
         status = shd_westin_tables_new(TABLE_BYTES, options->budget, &engine->westin, error);
+    if (status == SHD_OK)
+        status = shd_store_new(SHD_GLOW_BYTES, options->budget, &engine->glows, error);
     if (status == SHD_OK) status = shd_pool_new(threads, options->queue, &engine->pool, error);
     if (status != SHD_OK) {
         shd_engine_drop(engine);
@@ -152,7 +162,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     }
     shd_budget_yield(engine->budget, SHD_RANK_SPARE, give_spares, engine->spares);
     shd_budget_yield(engine->budget, SHD_RANK_RECORDS, shd_reuse_trim, engine->reuse);
-    shd_budget_yield(engine->budget, SHD_RANK_TABLES, shd_westin_tables_trim, engine->westin);
+    shd_budget_yield(engine->budget, SHD_RANK_TABLES, give_tables, engine);
     shd_budget_yield(engine->budget, SHD_RANK_MESHES, give_meshes, engine->store);
     if (options->reuse) shd_pool_when_idle(engine->pool, shd_reuse_touch, engine->reuse);
     *out = engine;
@@ -187,6 +197,7 @@ void shd_engine_drop(shd_engine *engine) {
         shd_reuse_drop(engine->reuse);
         shd_store_drop(engine->store);
         shd_westin_tables_drop(engine->westin);
+        shd_store_drop(engine->glows);
         shd_spares_drop(engine->spares);
         free(engine->tiles);
     }

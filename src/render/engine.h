@@ -29,6 +29,7 @@ struct shd_engine {
     struct shd_store *store;         /* of meshes, scenes and pictures */
     struct shd_asset_folder *assets; /* the operator's pictures; NULL: none */
     struct shd_westin_tables *westin;
+    struct shd_store *glows; /* of tables of environments */
     shd_limits limits;
     atomic_ullong *tiles; /* [2] of this engine and those that borrow: wanted when done, or not */
     shd_isa isa;          /* of the kernels */

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "render/glow_tables.h"
 #include "render/show/shown.h"
 #include "render/westin_tables.h"
 
@@ -22,14 +23,32 @@ static bool add_tables(const shd_westin *const *tables, shd_arena *arena, const 
     return true;
 }
 
-static shd_status make_plan(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
-                            const shd_westin *const *tables, const atomic_bool *cancelled,
-                            shd_arena *arena, const shd_plan **out, shd_error *error) {
+/* Tells a draft of the tables of its environments. `r` is NULL where nobody keeps any. */
+static shd_status add_glows(shd_rendering *r, shd_arena *arena, const shd_plan **draft,
+                            shd_error *error) {
+    const shd_glow *glows = NULL;
+    if (!r) return SHD_OK;
+    const shd_status status = shd_rendering_glows(r, *draft, &glows, error);
+    if (status != SHD_OK || !glows) return status;
+    shd_plan *plan = shd_arena_alloc(arena, 1, sizeof *plan);
+    if (!plan) return SHD_MEMORY;
+    *plan = **draft;
+    plan->glows = glows;
+    *draft = plan;
+    return SHD_OK;
+}
+
+static shd_status make_plan(shd_rendering *r, const shd_scene *scene, shd_isa isa,
+                            const shd_shown *shown, const shd_westin *const *tables,
+                            const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
+                            shd_error *error) {
     const shd_plan *draft;
     shd_choice choice;
     shd_status status = SHD_MEMORY;
     if (shd_plan_draft(scene, isa, false, cancelled, arena, &draft) &&
         add_tables(tables, arena, &draft))
+        status = add_glows(r, arena, &draft, error);
+    if (status == SHD_OK)
         status = shd_choose(draft, shown, shd_plan_kernel_costs(draft), arena, &choice, error);
     if (status == SHD_OK && !shd_plan_finish(&choice, arena, out)) status = SHD_MEMORY;
     /* Parts that are cancelled say that there is no memory. */
@@ -43,7 +62,7 @@ static shd_status make_plan(const shd_scene *scene, shd_isa isa, const shd_shown
 shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
                          const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
                          shd_error *error) {
-    return make_plan(scene, isa, shown, NULL, cancelled, arena, out, error);
+    return make_plan(NULL, scene, isa, shown, NULL, cancelled, arena, out, error);
 }
 
 shd_status shd_rendering_plan_for(shd_rendering *r, const shd_scene *scene, const shd_shown *shown,
@@ -51,7 +70,7 @@ shd_status shd_rendering_plan_for(shd_rendering *r, const shd_scene *scene, cons
     const shd_westin *const *tables;
     const shd_status status = shd_rendering_simulate(r, scene, &tables, error);
     if (status != SHD_OK) return status;
-    return make_plan(scene, r->engine->isa, shown, tables, r->cancelled, r->arena, out, error);
+    return make_plan(r, scene, r->engine->isa, shown, tables, r->cancelled, r->arena, out, error);
 }
 
 shd_status shd_scene_exactly(const shd_scene *scene, shd_arena *arena, const shd_scene **out,

@@ -156,8 +156,8 @@ void shd_held_tables_drop(shd_held_table *held) {
 static shd_status hold_table(shd_rendering *r, const shd_microgeometry *micro,
                              const shd_westin **out, shd_error *error) {
     size_t count = 0;
-    for (const shd_held_table *h = *r->tables; h; h = h->next, count++)
-        if (shd_same_microgeometry(&h->micro, micro)) {
+    for (const shd_held_table *h = *r->tables; h; count += !h->glow, h = h->next)
+        if (!h->glow && shd_same_microgeometry(&h->micro, micro)) {
             *out = shd_stored_bytes(h->stored);
             return SHD_OK;
         }

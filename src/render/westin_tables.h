@@ -43,6 +43,8 @@ shd_status shd_rendering_simulate(struct shd_rendering *r, const shd_scene *scen
 /* A table that a request holds. */
 typedef struct shd_held_table {
     struct shd_held_table *next;
+    bool glow; /* of an environment, by this name; else of a microgeometry */
+    shd_digest name;
     shd_microgeometry micro;
     shd_stored *stored;
 } shd_held_table;

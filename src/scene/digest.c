@@ -10,6 +10,7 @@
 
 #include "base/bits.h"
 #include "scene/read.h"
+#include "scene/surroundings.h"
 
 /* Hashing works best on long pieces; a mesh has a million short ones. */
 typedef struct sink {
@@ -77,6 +78,11 @@ static void put_light(sink *s, const shd_light *light) {
     put_numbers(s, light->attenuation, 3);
     put_numbers(s, (double[]){light->min_distance, light->angle, light->penumbra, light->exponent},
                 4);
+    if (light->type == SHD_LIGHT_ENVIRONMENT) {
+        put_text(s, light->map->name);
+        put_numbers(s, &light->turn, 1);
+        put_count(s, light->visible);
+    }
     if (!shd_has_shape(light->type)) return;
     put_vector(s, light->across);
     put_vector(s, light->up);

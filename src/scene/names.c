@@ -10,11 +10,15 @@ const char *shd_asked_tier(const shd_accuracy *accuracy) {
 const char *const shd_metric_names[] = {
     [SHD_LINEAR] = "linear", [SHD_CODE] = "code", [SHD_DELTA_E_2000] = "deltaE2000", NULL};
 
-const char *const shd_light_names[] = {
-    [SHD_LIGHT_AMBIENT] = "ambient", [SHD_LIGHT_DIRECTIONAL] = "directional",
-    [SHD_LIGHT_POINT] = "point",     [SHD_LIGHT_SPOT] = "spot",
-    [SHD_LIGHT_RECT] = "rect",       [SHD_LIGHT_DISC] = "disc",
-    [SHD_LIGHT_SPHERE] = "sphere",   NULL};
+const char *const shd_light_names[] = {[SHD_LIGHT_AMBIENT] = "ambient",
+                                       [SHD_LIGHT_DIRECTIONAL] = "directional",
+                                       [SHD_LIGHT_POINT] = "point",
+                                       [SHD_LIGHT_SPOT] = "spot",
+                                       [SHD_LIGHT_RECT] = "rect",
+                                       [SHD_LIGHT_DISC] = "disc",
+                                       [SHD_LIGHT_SPHERE] = "sphere",
+                                       [SHD_LIGHT_ENVIRONMENT] = "environment",
+                                       NULL};
 
 const char *const shd_interpolation_names[] = {
     [SHD_PHONG] = "phong", [SHD_GOURAUD] = "gouraud", [SHD_FLAT] = "flat", NULL};

@@ -99,6 +99,7 @@ static void read_document(shd_reader *r, json_t *tree) {
     const shd_node root = {.value = tree};
     if (shd_read_fields(r, &root, fields, SHD_LENGTH(fields), 0, "the scene", r->scene))
         check_formats(r);
+    shd_check_surroundings(r, &root);
     if (r->scene->outputs) shd_lay_over_matte(r->scene);
     shd_share_budget(r->scene);
 }

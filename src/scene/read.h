@@ -183,6 +183,14 @@ void shd_add_emitters(shd_reader *r, const shd_node *node, shd_object *objects);
 shd_field_read shd_read_output;
 shd_field_read shd_read_outputs;
 
+shd_field_read shd_read_map; /* const shd_surroundings *, an environment's; NULL: it is wrong */
+
+/* Fills what of an environment follows from the scene, and reports what it cannot be in. */
+void shd_finish_surroundings(shd_reader *r, const shd_node *node, shd_light *light);
+
+/* Reports what a scene with environments cannot have. `node` is the document. */
+void shd_check_surroundings(shd_reader *r, const shd_node *node);
+
 shd_field_read shd_read_trace;   /* shd_trace */
 shd_field_read shd_read_opacity; /* double[3], a material's */
 shd_field_read shd_read_bounced; /* double[3]: its reflection or transmission */

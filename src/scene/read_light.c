@@ -4,7 +4,7 @@
 #include "scene/read.h"
 
 /* A light's kind is its shd_light_type. A bare light has no type, only a homogeneous position. */
-enum { BARE_KIND = SHD_LIGHT_SPHERE + 1, KINDS };
+enum { BARE_KIND = SHD_LIGHT_ENVIRONMENT + 1, KINDS };
 
 /* The kinds as bits of shd_field.kinds. */
 enum {
@@ -16,6 +16,8 @@ enum {
     FACING = RECT | 1 << SHD_LIGHT_DISC,
     PLACED = 1 << SHD_LIGHT_POINT | SPOT | 1 << BARE_KIND,
     NOT_AMBIENT = PLACED | DIRECTIONAL | SHAPED,
+    AROUND = 1 << SHD_LIGHT_ENVIRONMENT,
+    NOT_AROUND = NOT_AMBIENT | 1 << SHD_LIGHT_AMBIENT,
     ANY = (1 << KINDS) - 1
 };
 
@@ -67,7 +69,7 @@ static void read_visible(shd_reader *r, const shd_node *node, void *out) {
         shd_wrong(r, node, "expected true or false");
 }
 
-enum { WITH_DIRECTION = 1, COLOR = 2, INTENSITY = 4, WITH_UP = 8 }; /* marks */
+enum { WITH_DIRECTION = 1, COLOR = 2, INTENSITY = 4, WITH_UP = 8, WITH_MAP = 16 }; /* marks */
 
 #define AT(member) offsetof(raw_light, member)
 
@@ -79,7 +81,7 @@ static const shd_field light_fields[] = {
     {"position", read_position, AT(position), .kinds = NOT_AMBIENT},
     {"direction", shd_read_direction, AT(light.direction), DIRECTIONAL | SPOT | FACING,
      .mark = WITH_DIRECTION},
-    {"color", shd_read_color_or_spectrum, AT(light.color), .mark = COLOR,
+    {"color", shd_read_color_or_spectrum, AT(light.color), NOT_AROUND, .mark = COLOR,
      .curve = AT(light.color_curve), .lamp = true},
     {"intensity", shd_read_number, AT(intensity), .mark = INTENSITY},
     {"ambient", shd_read_color_or_spectrum, AT(light.ambient), .kinds = NOT_AMBIENT,
@@ -92,7 +94,9 @@ static const shd_field light_fields[] = {
     {"up", shd_read_direction, AT(light.up), RECT, .mark = WITH_UP},
     {"size", read_size, AT(light.size), RECT, .range = &shd_positive},
     {"radius", shd_read_number, AT(light.radius), ROUND, .range = &shd_positive},
-    {"visible", read_visible, AT(light.visible), .kinds = SHAPED},
+    {"visible", read_visible, AT(light.visible), .kinds = SHAPED | AROUND},
+    {"map", shd_read_map, AT(light.map), AROUND, .mark = WITH_MAP},
+    {"rotate", shd_read_degrees, AT(light.turn), .kinds = AROUND},
     {"frame", shd_read_choice, AT(frame), NOT_AMBIENT, .choices = frames},
     {"name", .read = shd_read_label},
 };
@@ -175,6 +179,8 @@ static raw_light default_light(shd_reader *r, shd_light_type type) {
         memcpy(raw.light.attenuation, (double[]){0, 0, 1}, sizeof raw.light.attenuation);
     if (type == SHD_LIGHT_DIRECTIONAL) shd_normalize((shd_vec3){0, -1, -1}, &raw.light.direction);
     shd_default_color(r, 1, raw.light.color);
+    if (type == SHD_LIGHT_ENVIRONMENT) /* the map has the color */
+        memcpy(raw.light.color, (double[]){1, 1, 1}, sizeof raw.light.color);
     return raw;
 }
 
@@ -184,17 +190,17 @@ static int read_kind(shd_reader *r, const shd_node *node) {
                    position = shd_node_member(node, "position");
     if (type.value) return shd_read_name(r, &type, shd_light_names);
     if (json_is_array(position.value) && json_array_size(position.value) != 3) return BARE_KIND;
-    shd_wrong(
-        r, node,
-        "a light needs a `type` (ambient, directional, point, spot, rect, disc or sphere), or "
-        "a `position` of four components");
+    shd_wrong(r, node,
+              "a light needs a `type` (ambient, directional, point, spot, rect, disc, sphere or "
+              "environment), or a `position` of four components");
     return -1;
 }
 
 static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
     static const char *const names[KINDS] = {
-        "an ambient light", "a directional light", "a point light",  "a spot light",
-        "a rect light",     "a disc light",        "a sphere light", "a light without `type`"};
+        "an ambient light", "a directional light", "a point light",
+        "a spot light",     "a rect light",        "a disc light",
+        "a sphere light",   "an environment",      "a light without `type`"};
     if (!shd_is_object(r, node)) return;
     const int kind = read_kind(r, node);
     const bool known = kind >= 0, bare = kind == BARE_KIND;
@@ -218,6 +224,10 @@ static void read_light(shd_reader *r, const shd_node *node, shd_light *out) {
         /* Distance means nothing for a directional light. */
         memcpy(raw.light.attenuation, (double[]){1, 0, 0}, sizeof raw.light.attenuation);
         raw.light.min_distance = 0;
+    }
+    if (raw.light.type == SHD_LIGHT_ENVIRONMENT) {
+        if (!(r->seen & WITH_MAP)) shd_wrong(r, node, "the member \"map\" is missing");
+        shd_finish_surroundings(r, node, &raw.light);
     }
     if (raw.frame == CAMERA) to_world(r, node, &raw.light);
     *out = raw.light;

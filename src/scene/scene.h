@@ -45,11 +45,13 @@ typedef enum shd_light_type {
     /* With a shape: they are lit from all of its points (docs/model.md). */
     SHD_LIGHT_RECT,
     SHD_LIGHT_DISC,
-    SHD_LIGHT_SPHERE
+    SHD_LIGHT_SPHERE,
+    /* All around, infinitely far away: a map of the sphere (scene/surroundings.h). */
+    SHD_LIGHT_ENVIRONMENT
 } shd_light_type;
 
 static inline bool shd_has_shape(shd_light_type type) {
-    return type >= SHD_LIGHT_RECT;
+    return type >= SHD_LIGHT_RECT && type <= SHD_LIGHT_SPHERE;
 }
 
 /* A light in the world frame, into which lights of the camera frame are carried over. */
@@ -71,10 +73,16 @@ typedef struct shd_light {
     shd_vec3 across, up;
     double size[2]; /* along `across` and `up`; rect */
     double radius;  /* disc, sphere */
-    bool visible;   /* whether the camera sees the shape */
+    bool visible;   /* whether the camera sees the shape, or the surroundings */
+    /* Environment: its radiance, and the angle by which it is turned about +y, in radians. */
+    const struct shd_surroundings *map;
+    double turn;
+    double of_map[3][3]; /* times a color of the map is one of the working space */
     /* What `color` and `ambient` are the RGB of, intensity applied; NULL: they are RGB. */
     const shd_curve *color_curve, *ambient_curve;
 } shd_light;
+
+enum { SHD_ENVIRONMENTS_MOST = 4 }; /* in a scene */
 
 /* The area of a light's shape, or of its outline if it is a sphere. */
 static inline double shd_light_area(const shd_light *light) {
@@ -310,6 +318,9 @@ typedef struct shd_scene {
     double background[3];    /* 0 if nothing of it is seen */
     bool transparent;        /* the background has an alpha below 1, as null has */
     double background_alpha; /* that alpha where it is not 0; of an opaque background 0 */
+    /* The environment that is seen behind all objects, instead of a background, which is then black
+     * and opaque; NULL: there is none. */
+    const shd_light *backdrop;
     const shd_space_info *working_space;
     const shd_light *lights;
     size_t light_count;

@@ -312,7 +312,7 @@ void SHD_VARIANT(shd_brdf64)(const shd_sums_job *job) {
             const uint32_t index = job->which[k];
             unsigned left = (1u << VW) - 1;
             const shd_light *shape = job->lighting->plan->lights[index].shape;
-            if ((shape || job->material->indices) &&
+            if ((shape || job->material->indices || lights[index].kind == SHD_KIND_WIDE) &&
                 shd_is_cancelled(job->lighting->plan->cancelled))
                 return; /* some of them take microseconds */
             const bool held = lights[index].kind != SHD_KIND_WIDE;

@@ -30,3 +30,13 @@ static const double SHD_WEIGHTS_7[7] = {
     0.401397414775962222905051818618432, 0.268488089868333440728569280666710,
     0.104656226026467265193823857192073};
 static const double SHD_WEIGHTS_G3[7] = {0, 5.0 / 9, 0, 8.0 / 9, 0, 5.0 / 9, 0};
+
+/* Gauss' rules of 2 and 3 points on [0, 1]. */
+typedef struct shd_gauss_node {
+    double at, weight;
+} shd_gauss_node;
+static const shd_gauss_node shd_gauss2[2] = {{0.211324865405187117745425609749021, 0.5},
+                                             {0.788675134594812882254574390250979, 0.5}};
+static const shd_gauss_node shd_gauss3[3] = {{0.112701665379258311482073460021760, 5.0 / 18},
+                                             {0.5, 4.0 / 9},
+                                             {0.887298334620741688517926539978240, 5.0 / 18}};

@@ -43,7 +43,8 @@ static shd_wide_light pack_wide(const shd_plan *plan, const shd_plan_light *ligh
         brightest = fmax(brightest, fabs(out.color[k]));
     }
     const double reach = shd_max_abs(at);
-    if (!(brightest > 1e-250 && brightest < 1e30 && reach < 1e90 && out.least < 1e90))
+    if (light->environment ||
+        !(brightest > 1e-250 && brightest < 1e30 && reach < 1e90 && out.least < 1e90))
         out.kind = SHD_KIND_WIDE;
     return out;
 }

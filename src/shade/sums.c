@@ -41,9 +41,10 @@ void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *mat
     sum_points(&job, packed->wide ? lighting->sums64 : lighting->sums32);
 }
 
+/* Whether a light has a shape, or comes from all around. */
 static bool has_shape(const shd_plan *plan, const uint32_t *which, size_t n) {
     for (size_t j = 0; j < n; j++)
-        if (plan->lights[which[j]].shape) return true;
+        if (plan->lights[which[j]].shape || plan->lights[which[j]].environment) return true;
     return false;
 }
 

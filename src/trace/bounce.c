@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "plan/parts.h"
+#include "shade/backdrop.h"
 #include "trace/stray.h"
 
 enum { DEPTH = 16, WAITING = 2 * DEPTH + 4 };
@@ -202,7 +203,14 @@ static void add_background(path *p, const step *s) {
         for (int c = 0; c < 3; c++) p->out.radiance[c] += color[c];
         return;
     }
-    for (int c = 0; c < 3; c++) p->out.radiance[c] += p->weight[c] * scene->background[c];
+    double behind[3];
+    memcpy(behind, scene->background, sizeof behind);
+    if (scene->backdrop) {
+        shd_backdrop_at(scene->backdrop, s->ray.direction, behind);
+        p->out.edge |= s->stray.lost;
+        p->out.error += most_of(p, p->weight) * p->b->strays->slope * s->stray.turned;
+    }
+    for (int c = 0; c < 3; c++) p->out.radiance[c] += p->weight[c] * behind[c];
 }
 
 static void follow_step(path *p, step *s) {

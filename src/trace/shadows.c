@@ -121,6 +121,7 @@ static in_the_way find_way(const shadow_map *map, const shd_plan_light *light, s
 static void share_behind(const shadow_map *map, const shd_plan_light *light, const shd_surface *at,
                          in_the_way way, double *out) {
     share_all(map, out);
+    if (light->environment) return;     /* it casts none */
     if (way.list && !way.count) return; /* a flat surface is no fold */
     const shd_vec3 own = own_normal(map, at);
     if (light->shape) {
@@ -205,6 +206,10 @@ static void share_crowd(const void *context, const shd_plan_light *light, const 
     const double began = crowd->seconds ? shd_now() : 0;
     uint32_t list[SHD_OCCLUDERS_MOST + 1];
     bool alone;
+    if (light->environment) { /* it casts none */
+        for (size_t i = 0; i < n; i++) share_all(map, out + i * map->channels);
+        return;
+    }
     const in_the_way way = narrow_way(map, light, crowd, list, &alone);
     for (size_t i = 0; i < n && !shd_is_cancelled_at(map->plan->cancelled, i); i++) {
         const shd_surface *at = &crowd->at[which[i]];

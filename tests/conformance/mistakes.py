@@ -91,7 +91,9 @@ SECOND = {
     "camera": {"type": "orthographic", "position": [0, 0, 4], "height": 3},
     "image": {"width": 64, "height": 48},
     "background": None,
-    "lights": [{"type": "point", "color": 1, "intensity": 1}],
+    "lights": [{"type": "point", "color": 1, "intensity": 1},
+               {"type": "environment", "name": "room", "map": "studio", "rotate": 30, "visible": False,
+                "intensity": 1}],
     "materials": {"grey": {"diffuse": 0.5}},
     "objects": [{"type": "cylinder", "radius": 1, "height": 2, "material": "grey"}],
     "accuracy": {"maxError": 0.5, "metric": "code"},
@@ -408,6 +410,13 @@ OF_FIRST = [
 ]
 
 OF_SECOND = [
+    [put("/lights/1/map", "attic")],
+    [put("/lights/1/map", 3)],
+    [drop("/lights/1/map")],
+    [put("/lights/1/rotate", "x")],
+    [put("/lights/1/visible", 1)],
+    [put("/lights/1/color", 1)],
+    [put("/lights/1/direction", [0, 1, 0])],
     [put("/camera/fov", 40)],
     [put("/camera/height", 0)],
     [put("/camera/up", [0, 0, 1])],

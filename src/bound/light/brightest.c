@@ -1,5 +1,7 @@
 #include "bound/light/brightest.h"
 
+#include "plan/around.h"
+
 double shd_shape_distance(const shd_place *place, const shd_light *shape) {
     return shd_larger(shd_least_distance(place, shape->position) - shd_light_reach(shape), 0);
 }
@@ -23,7 +25,9 @@ static void add_term(const shd_plan *plan, const shd_plan_material *m, const shd
     double by[3], weight;
     for (int c = 0; c < 3; c++) by[c] = fabs(color[c] * light->color[c]);
     if (plan->bins) shd_term_most(plan, m, light, term, by);
-    if (light->shape)
+    if (light->environment)
+        weight = shd_around_most(light->environment, term ? m->lobes[term - 1].shininess : 1);
+    else if (light->shape)
         weight = shd_shape_most(light->shape, &peak, shd_shape_distance(place, light->shape));
     else if (light->directional)
         weight = peak.most * light->gain;
@@ -56,7 +60,7 @@ static double brightest_of(const shd_plan *plan, size_t index) {
  * largest of local / (1 - s) and the background. */
 double shd_brightest(const shd_plan *plan) {
     const shd_scene *scene = plan->scene;
-    double local = 0, on = 0, behind = 0;
+    double local = 0, on = 0, behind = shd_backdrop_most(scene);
     for (int c = 0; c < 3 && !scene->transparent; c++)
         behind = shd_larger(behind, fabs(scene->background[c]));
     for (size_t i = 0; i < scene->object_count; i++) {

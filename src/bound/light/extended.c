@@ -5,6 +5,7 @@
 #include "bound/light/met.h"
 #include "bound/light/misplaced.h"
 #include "bound/light/sums.h"
+#include "plan/around.h"
 
 /* ---- Lights at a piece. ---- */
 
@@ -144,6 +145,12 @@ static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *
         shd_add_noise(sums, piece, light);
         return;
     }
+    if (light->environment) {
+        shd_glance g = {.lit = {.nearest = INFINITY}};
+        see_piece(f, piece, light, &g);
+        shd_add_environment(sums, light, shd_smaller(g.direction, 2));
+        return;
+    }
     if (light->shape) {
         const shd_stance at = find_stance(f, piece, light);
         shd_add_shape(sums, light, &at);
@@ -162,9 +169,9 @@ static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *
 
 bool shd_errs_otherwise(const shd_plan *plan) {
     if (!plan->extended) return false;
-    if (plan->scene->trace.depth || plan->bins) return true;
+    if (plan->scene->trace.depth || plan->bins || plan->scene->backdrop) return true;
     for (size_t j = 0; j < plan->light_count; j++)
-        if (plan->lights[j].shape) return true;
+        if (plan->lights[j].shape || plan->lights[j].environment) return true;
     for (size_t m = 0; m < plan->scene->material_count; m++)
         if (plan->materials[m].model != SHD_MODEL_PHONG) return true;
     return false;
@@ -265,7 +272,9 @@ static double picture_error(const shd_plan *plan, bool estimated, const double *
                             const shd_brought *beyond) {
     const shd_scene *scene = plan->scene;
     const double rounding = rounding_of(plan), behind = shd_background_most(plan);
-    shd_brought all = {behind, rounding * behind};
+    /* Rays of the eye have their directions to within rounding. */
+    shd_brought all = {behind,
+                       rounding * behind + SHD_WEIGHT_DIRECTION * shd_backdrop_slope(scene)};
     for (size_t i = 0; i < scene->object_count; i++)
         shd_add_beyond(plan, i, look_at(plan, i, estimated, noise, rounding), beyond, &all);
     const double error = divided_by_alpha(plan, all);

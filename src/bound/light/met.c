@@ -8,6 +8,7 @@
 #include "bound/light/error.h"
 #include "bound/light/misplaced.h"
 #include "bound/light/sums.h"
+#include "plan/around.h"
 
 /* What rays meet of an object: any of its points, from anywhere. Infinite: nothing is known. */
 typedef struct met_place {
@@ -51,7 +52,9 @@ static void add_light(shd_lit_errors *f, const met_place *at, const shd_plan_lig
                            : light->shape     ? shd_shape_distance(&f->place, light->shape)
                                               : shd_least_distance(&f->place, light->position);
     see_anywhere(f, at, light, nearest, &g);
-    if (light->shape)
+    if (light->environment)
+        shd_add_environment(f, light, g.direction);
+    else if (light->shape)
         shd_add_drifted_shape(f, light, &g);
     else
         shd_add_terms(f, light, &g);
@@ -104,6 +107,13 @@ static shd_brought meet_drifted(const shd_plan *plan, size_t index, const shd_ex
     return meet_object(plan, index, &at, rounding, estimated);
 }
 
+/* Rays that meet nothing: `turned` is how far off their directions are. */
+static shd_brought meet_nothing(const shd_plan *plan, double turned, double rounding) {
+    const double most = shd_background_most(plan);
+    return (shd_brought){most, rounding * most +
+                                   shd_smaller(shd_backdrop_slope(plan->scene) * turned, most)};
+}
+
 bool shd_lets_through(const shd_plan *plan, size_t object) {
     const shd_coefficients k = shd_coefficients_of(plan, object);
     return plan->scene->trace.depth && !shd_is_all(k.opacity, k.count, 1);
@@ -132,7 +142,7 @@ void shd_add_beyond(const shd_plan *plan, size_t object, shd_brought local,
 
 double shd_background_most(const shd_plan *plan) {
     const shd_scene *scene = plan->scene;
-    double most = 0;
+    double most = shd_backdrop_most(scene);
     if (plan->tinted) return shd_most_in_bins(plan->bins, plan->background);
     for (int c = 0; c < 3 && !scene->transparent; c++)
         most = shd_larger(most, fabs(scene->background[c]));
@@ -172,7 +182,6 @@ static double wrong_by(const shd_plan *plan) {
 /* Where drifts are not known, rays may have met anything else. */
 shd_brought shd_find_beyond(const shd_plan *plan, double rounding, bool estimated) {
     const shd_scene *scene = plan->scene;
-    const double behind = shd_background_most(plan);
     const shd_extent extent = shd_extent_of(plan);
     shd_brought beyond = {0, 0};
     bool bends = false;
@@ -182,7 +191,8 @@ shd_brought shd_find_beyond(const shd_plan *plan, double rounding, bool estimate
     shd_find_drifts(plan, &extent, drifts);
     const double wrong = wrong_by(plan);
     for (int k = scene->trace.depth; k > 0; k--) {
-        shd_brought here = {behind, rounding * behind};
+        shd_brought here = meet_nothing(
+            plan, drifts[k].known ? SHD_WEIGHT_DIRECTION + 1.1 * drifts[k].turned : 2, rounding);
         for (size_t i = 0; i < scene->object_count; i++) {
             if (shd_is_cancelled(plan->cancelled)) break;
             const shd_brought local =
@@ -219,6 +229,7 @@ static void fill_stray(const shd_plan *plan, size_t index, const shd_extent *ext
 void shd_fill_strays(const shd_plan *plan, double rounding, shd_strays *out) {
     const shd_scene *scene = plan->scene;
     const shd_extent extent = shd_extent_of(plan);
+    out->slope = shd_backdrop_slope(scene);
     out->wide = extent.wide;
     out->far = 4 * extent.wide;
     for (size_t j = 0; j < plan->light_count; j++)

@@ -2,6 +2,7 @@
 
 #include "bound/light/brightest.h"
 #include "bound/light/error.h"
+#include "plan/around.h"
 
 void shd_begin_errors(shd_lit_errors *f, const shd_object *object) {
     const shd_plan_material *m = f->material;
@@ -104,6 +105,22 @@ void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light, const shd_sta
         const double most = term_most(f, light, t, at);
         add_product(f, product_of(f->plan, m, light, t, color), most,
                     quadrature_error(f, t, most, largest) + f->plan->point_off * most);
+    }
+}
+
+/* Neither what is computed nor what should be is below 0, or above the most. */
+void shd_add_environment(shd_lit_errors *f, const shd_plan_light *light, double off) {
+    const shd_plan_material *m = f->material;
+    const shd_light *from = light->environment;
+    for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
+        const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
+        const double exponent = t ? m->lobes[t - 1].shininess : 1,
+                     most = shd_around_most(from, exponent);
+        const shd_glow *glow = shd_find_glow(f->plan, m, light, t);
+        const double summed =
+            glow ? shd_around_gain(from) * glow->error : SHD_ENVIRONMENT_TOLERANCE * most;
+        const double error = summed + shd_around_turned(from, exponent, off);
+        add_product(f, product_of(f->plan, m, light, t, color), most, shd_smaller(error, most));
     }
 }
 

@@ -31,6 +31,7 @@ bool shd_pixel_bound_make(const shd_plan *plan, shd_arena *arena, shd_pixel_boun
     *out = (shd_pixel_bound){.most = plan->bound.linear, .background = 0};
     for (int c = 0; c < 3; c++)
         out->background = fmax(out->background, rounding * fabs(plan->scene->background[c]));
+    if (plan->scene->backdrop) out->background = out->most;
     out->background = fmin(out->background, out->most);
     /* Shadows and patterns take light away, so that an excess has no base there. */
     if (plan->extended || plan->textured || !isfinite(out->most)) return true;

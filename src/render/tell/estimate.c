@@ -67,7 +67,14 @@ uint64_t shd_estimate_object_lights(const shd_scene *scene) {
 }
 
 uint64_t shd_estimate_work(const shd_scene *scene) {
-    enum { PIXEL = 4, LAYER = 4, DOUBLE_PRECISION = 4, MESH_TRIANGLE = 8, AREA = 500 };
+    enum {
+        PIXEL = 4,
+        LAYER = 4,
+        DOUBLE_PRECISION = 4,
+        MESH_TRIANGLE = 8,
+        AREA = 500,
+        AROUND = 200
+    };
     const uint64_t pixels = pixels_of(scene);
     uint64_t samples = mul_sat(pixels, (uint64_t)scene->raster.samples), triangles = 0, layers = 0;
     for (size_t i = 0; i < scene->object_count; i++)
@@ -78,7 +85,11 @@ uint64_t shd_estimate_work(const shd_scene *scene) {
     /* To see a sample costs about as much as two lights on it. Tiles skip most objects. */
     uint64_t a_sample = add_sat(add_sat(2, scene->light_count), scene->object_count / 16);
     for (size_t j = 0; j < scene->light_count; j++)
-        if (shd_has_shape(scene->lights[j].type)) a_sample = add_sat(a_sample, AREA);
+        if (shd_has_shape(scene->lights[j].type))
+            a_sample = add_sat(a_sample, AREA);
+        else if (scene->lights[j].type == SHD_LIGHT_ENVIRONMENT)
+            a_sample =
+                add_sat(a_sample, scene->accuracy.tier == SHD_EXACT ? 1000 * AROUND : AROUND);
     if (scene->accuracy.tier == SHD_EXACT) a_sample = mul_sat(a_sample, DOUBLE_PRECISION);
     return add_sat(add_sat(mul_sat(samples, a_sample),
                            mul_sat(pixels, add_sat(PIXEL, mul_sat(LAYER, layers)))),

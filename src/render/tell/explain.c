@@ -76,6 +76,11 @@ static json_t *tell_lights(const shd_plan *plan) {
         json_t *light = json_pack("{sI ss sb ss?}", "light", (json_int_t)i, "type",
                                   shd_light_names[scene->lights[i].type], "used", used, "why",
                                   used ? NULL : shd_drop_reason(plan->drops[i]));
+        if (used && plan->lights[at].environment) {
+            double off;
+            json_object_set_new(light, "method", json_string(shd_around_method(plan, at, &off)));
+            json_object_set_new(light, "off", shd_tell_number(off));
+        }
         if (used && plan->lights[at].shape) {
             double off;
             const shd_area_method method = shd_lamp_method(plan, at, &off);

@@ -1,5 +1,7 @@
 #include "render/tell/lamps.h"
 
+#include "plan/around.h"
+
 /* Pairs of objects and lights that are looked at. With more, the worst is told. */
 enum { MOST_PAIRS = 1 << 22 };
 
@@ -52,6 +54,25 @@ shd_area_method shd_lamp_method(const shd_plan *plan, uint32_t j, double *off) {
         *off = shd_larger(of_object, *off);
     }
     return worst;
+}
+
+const char *shd_around_method(const shd_plan *plan, uint32_t j, double *off) {
+    const shd_plan_light *light = &plan->lights[j];
+    bool tables = true;
+    *off = 0;
+    for (size_t i = 0; i < plan->scene->object_count; i++) {
+        if (shd_is_cancelled_at(plan->cancelled, i)) break;
+        const shd_plan_material *m = &plan->materials[plan->objects[i].material];
+        if (!reaches(&plan->objects[i], j)) continue;
+        for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
+            const shd_glow *glow = shd_find_glow(plan, m, light, t);
+            const double exponent = t ? m->lobes[t - 1].shininess : 1,
+                         most = shd_surroundings_most(light->environment->map, exponent);
+            tables &= glow != NULL;
+            *off = shd_larger(glow ? glow->error / most : SHD_ENVIRONMENT_TOLERANCE, *off);
+        }
+    }
+    return tables ? "tables" : "quadrature";
 }
 
 const char *shd_lamp_method_name(shd_area_method method) {

@@ -5,6 +5,7 @@
 #include "bound/light/extended.h"
 #include "render/tell/lamps.h"
 #include "render/tell/words.h"
+#include "scene/surroundings.h"
 #include "shade/far.h"
 #include "shade/westin.h"
 
@@ -72,6 +73,7 @@ static void say_bound(json_t *words, const shd_plan *plan, shd_metric metric, co
 const char *shd_no_shown_bound(const shd_plan *plan) {
     if (plan->textured) return "patterns make colors that are darker than bounds of codes know";
     return plan->point_off > 0 ? "lights with a shape are taken for points"
+           : plan->glows       ? "environments are read from tables"
                                : "an output's colors are no curve of a matrix";
 }
 
@@ -134,9 +136,19 @@ static void say_lights(json_t *words, const shd_plan *plan) {
 static void say_lamps(json_t *words, const shd_plan *plan) {
     size_t told = 0;
     for (uint32_t j = 0; j < plan->light_count && told < LIGHTS_NAMED; j++) {
-        const shd_light *light = plan->lights[j].shape;
-        if (!light) continue;
+        const shd_light *light = plan->lights[j].shape, *around = plan->lights[j].environment;
         double off;
+        if (around) {
+            const char *method = shd_around_method(plan, j, &off);
+            say_line(
+                words,
+                "Light %zu (environment, \"%s\"): by %s, off by at most %.1e of what it adds at "
+                "most%s.",
+                plan->lights[j].index, around->map->name, method, off,
+                strcmp(method, "tables") ? "" : ", as measured when they were made");
+            told++;
+        }
+        if (!light) continue;
         const shd_area_method method = shd_lamp_method(plan, j, &off);
         const size_t index = plan->lights[j].index;
         const char *type = shd_light_names[light->type];

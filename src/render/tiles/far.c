@@ -11,8 +11,8 @@ static bool is_within_cone(const shd_plan_light *spot, const shd_lit *lit) {
 
 /* Whether it shines alike to all points, and nothing that is below 0. */
 static bool is_plain(const shd_plan_light *light, const shd_lit *lit) {
-    return !light->shape && (!light->spot || is_within_cone(light, lit)) && light->color[0] >= 0 &&
-           light->color[1] >= 0 && light->color[2] >= 0;
+    return !light->shape && !light->environment && (!light->spot || is_within_cone(light, lit)) &&
+           light->color[0] >= 0 && light->color[1] >= 0 && light->color[2] >= 0;
 }
 
 /* What is left out, in any channel, of a light that is taken; infinite: it may not be. N.L must be

@@ -7,6 +7,7 @@
 #include "bound/shown/shown.h"
 #include "render/tiles/facets.h"
 #include "render/tiles/radiance.h"
+#include "render/tiles/sky.h"
 #include "render/tiles/traced.h"
 
 /* One thread's working memory. */
@@ -149,7 +150,8 @@ static void lay_over(film_scratch *s, const shd_scene *scene) {
 }
 
 /* Makes a plane's pixels from all runs. The beauty is laid over its background. */
-static void paint_plane(const film_job *j, film_scratch *s, const shd_fragments *f, size_t plane) {
+static void paint_plane(const film_job *j, film_scratch *s, const shd_fragments *f, shd_tile tile,
+                        size_t plane) {
     const shd_plan *plan = j->scenery.plan;
     const shd_scene *scene = plan->scene;
     const bool whole = !f->coverage, over = plane == 0 && !scene->transparent;
@@ -162,6 +164,7 @@ static void paint_plane(const film_job *j, film_scratch *s, const shd_fragments 
         lay_over(s, scene);
         return;
     }
+    if (over && scene->backdrop && !hidden) shd_sky_add(scene, tile, s->cover, s->pixels);
     if (whole) return;
     for (int c = 0; c < 3; c++) {
         if (over && scene->background[c] != 0)
@@ -293,16 +296,17 @@ static void render_tile(void *context, size_t index, unsigned slot) {
     shd_begin(watch);
     const shd_fragments *f = find_fragments(j, s, index, tile);
 
-    if (j->film->codes && !f->count) {
+    const shd_scene *scene = j->scenery.plan->scene;
+    if (j->film->codes && !f->count && !scene->backdrop) {
         store_codes(j, s, tile, true);
     } else {
-        if (f->coverage || j->scenery.plan->scene->transparent) {
+        if (f->coverage || scene->transparent || scene->backdrop) {
             memset(s->cover, 0, sizeof s->cover);
             for (size_t i = 0; i < f->count; i++)
                 s->cover[f->cell[i]] += f->coverage ? f->coverage[i] : 1;
         }
         for (size_t p = 0; p < j->scenery.plan->plane_count && !is_stopped(j); p++) {
-            paint_plane(j, s, f, p);
+            paint_plane(j, s, f, tile, p);
             if (p)
                 store_floats(j, s, tile, j->film->planes[p], 3);
             else if (j->film->rgba)

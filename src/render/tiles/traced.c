@@ -153,6 +153,7 @@ static void find_shadow(const shd_scenery *scenery, const shd_surface *at, doubl
     memset(sum, 0, channels * sizeof *sum);
     for (size_t j = 0; j < object->light_count && !shd_is_cancelled(plan->cancelled); j++) {
         const shd_plan_light *light = &plan->lights[object->lights[j]];
+        if (light->environment) continue; /* nothing stops it */
         shd_weigh_light(light, at->position, at->normal, at->mirror, &factor, &off);
         if (!(factor > 0) && !light->shape) continue;
         shadows->share(shadows->context, light, at, share);

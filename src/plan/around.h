@@ -1,0 +1,43 @@
+/* What planning and proving know of environments. */
+#pragma once
+
+#include "plan/plan.h"
+#include "scene/surroundings.h"
+
+/* No color of a map becomes a larger one in the working space than its largest channel times this.
+ */
+static inline double shd_around_gain(const shd_light *environment) {
+    double most = 0;
+    for (int k = 0; k < 3; k++) {
+        double sum = 0;
+        for (int c = 0; c < 3; c++) sum += fabs(environment->of_map[k][c]);
+        most = shd_larger(most, sum);
+    }
+    return most;
+}
+
+/* The most that a weight of (L.W)+^exponent is, in any channel: 1 / pi times the integral. */
+static inline double shd_around_most(const shd_light *environment, double exponent) {
+    return shd_around_gain(environment) * shd_surroundings_most(environment->map, exponent);
+}
+
+/* By how much such a weight changes at most if W and the normal turn by `off`. The power's slope by
+ * W is n (L.W)^(n-1) at most, and what the half sphere wins or loses, a strip all around it. */
+static inline double shd_around_turned(const shd_light *environment, double exponent, double off) {
+    const double strip = 4 * shd_around_gain(environment) * environment->map->most,
+                 slope = exponent > 0 ? exponent * shd_around_most(environment, exponent - 1) : 0;
+    return off * (strip + slope);
+}
+
+/* The most, and the slope by direction in radians, of what is seen behind all objects; 0: there is
+ * no environment. */
+static inline double shd_backdrop_scale(const shd_scene *scene) {
+    const shd_light *light = scene->backdrop;
+    return light ? fabs(light->color[0]) * shd_around_gain(light) : 0;
+}
+static inline double shd_backdrop_most(const shd_scene *scene) {
+    return scene->backdrop ? shd_backdrop_scale(scene) * scene->backdrop->map->most : 0;
+}
+static inline double shd_backdrop_slope(const shd_scene *scene) {
+    return scene->backdrop ? shd_backdrop_scale(scene) * scene->backdrop->map->slope : 0;
+}

@@ -1,0 +1,163 @@
+/* Scenes in environments: tables against quadrature, and what keys, layers and turning must keep.
+ */
+#include "property/film_of.h"
+
+static char *scene_in(const char *map, const char *light, const char *accuracy, double turn) {
+    return text_of(
+        "{\"image\": {\"width\": 16, \"height\": 12, \"samples\": 1}, \"accuracy\": {%s}, "
+        "\"output\": {%s}, "
+        "\"lights\": [{\"type\": \"environment\", \"map\": \"%s\", \"rotate\": %.17g%s}], "
+        "\"objects\": [{\"type\": \"sphere\", \"material\": {\"diffuse\": [0.3, 0.2, 0.5], "
+        "\"specular\": [0.9, 0.7, 0.3], \"shininess\": 24}, \"transform\": {\"rotate\": [0, "
+        "%.17g, 0]}}]}",
+        accuracy,
+        strstr(light, "visible") ? "\"format\": \"exr\", \"layers\": [\"beauty\", \"light.0\", "
+                                   "\"diffuse\", \"specular\"]"
+                                 : "",
+        map, turn, light, turn);
+}
+
+static drawn draw(shd_engine *engine, const char *map, const char *light, const char *accuracy,
+                  double turn) {
+    char *json = scene_in(map, light, accuracy, turn);
+    drawn d = shown_film_of(engine, json);
+    free(json);
+    return d;
+}
+
+static double largest_difference(const drawn *a, const drawn *b) {
+    double most = 0;
+    for (size_t i = 0; i < 4 * pixels_of(a); i++)
+        most = fmax(most, fabs((double)a->film.rgba[i] - (double)b->film.rgba[i]));
+    return most;
+}
+
+/* Both tiers tell how far they are off the model, so that they are no farther apart than that; and
+ * 8-bit codes differ by 1 at most. */
+static void tables_are_within_their_bounds(void **state) {
+    static const char *const maps[] = {"studio", "sky"};
+    for (int k = 0; k < 2; k++) {
+        drawn exact = draw(*state, maps[k], "", "\"tier\": \"exact\"", 40),
+              standard = draw(*state, maps[k], "", "\"tier\": \"standard\"", 40);
+        const shd_bound a = exact.request->rendering.plan->bound,
+                        b = standard.request->rendering.plan->bound;
+        assert_null(exact.request->rendering.plan->glows);
+        assert_non_null(standard.request->rendering.plan->glows);
+        const double off = largest_difference(&exact, &standard);
+        print_message("%s: off %.1e, told %.1e and %.1e\n", maps[k], off, a.linear, b.linear);
+        assert_true(off > 0 && off <= a.linear + b.linear);
+        assert_true(b.linear < 0.02 && a.linear < b.linear);
+        assert_true(a.code == 0 && b.code > 0);
+        const shd_difference seen = measured(&exact, &standard);
+        assert_true(seen.code.max <= 1 && seen.code.max <= b.code);
+        assert_true(seen.delta_e.max <= b.delta_e);
+        drop_drawn(&standard);
+        drop_drawn(&exact);
+    }
+}
+
+/* A budget takes tables if they meet it, quadrature if only that does, and else is refused. */
+static void budgets_choose_between_tables_and_quadrature(void **state) {
+    static const double budgets[] = {0.02, 7e-4, 1e-7};
+    for (int k = 0; k < 3; k++) {
+        char *accuracy = text_of("\"maxError\": %g, \"metric\": \"linear\"", budgets[k]);
+        char *json = scene_in("studio", "", accuracy, 0);
+        shd_request *request = read_scene(*state, json);
+        shd_error error = {.status = SHD_OK};
+        const shd_status status = shd_rendering_plan(&request->rendering, request->scene, &error);
+        assert_int_equal(status, k < 2 ? SHD_OK : SHD_SCENE);
+        if (k < 2) {
+            const shd_plan *plan = request->rendering.plan;
+            assert_true(plan->bound.linear <= budgets[k]);
+            assert_true((plan->glows != NULL) == (k == 0));
+        }
+        shd_request_drop(request);
+        free(json);
+        free(accuracy);
+    }
+}
+
+/* Where a whole number of texels is turned, with the objects' own, the picture of a sphere seen
+ * from above does not change but turns: here the light alone is turned by 0 and by 360. */
+static void a_whole_turn_changes_nothing(void **state) {
+    drawn a = draw(*state, "sky", ", \"visible\": true", "\"tier\": \"standard\"", 0),
+          b = draw(*state, "sky", ", \"visible\": true", "\"tier\": \"standard\"", 360),
+          c = draw(*state, "sky", ", \"visible\": true", "\"tier\": \"standard\"", 90);
+    assert_true(film_difference(&a, &b) < 1e-5);
+    assert_true(film_difference(&a, &c) > 1e-2);
+    drop_drawn(&c);
+    drop_drawn(&b);
+    drop_drawn(&a);
+}
+
+/* The beauty of a scene without another light is what the environment adds, but behind objects. */
+static void layers_add_up(void **state) {
+    drawn d = draw(*state, "sky", ", \"intensity\": 0.5, \"visible\": true",
+                   "\"tier\": \"standard\"", 10);
+    const float *light = plane_of(&d, SHD_LAYER_LIGHT, 0), *beauty = d.film.rgba,
+                *diffuse = plane_of(&d, SHD_LAYER_DIFFUSE, 0),
+                *specular = plane_of(&d, SHD_LAYER_SPECULAR, 0);
+    size_t behind = 0;
+    for (size_t i = 0; i < pixels_of(&d); i++) {
+        assert_true(beauty[4 * i + 3] == 1);
+        const bool seen = light[3 * i] != 0;
+        behind += !seen;
+        for (size_t c = 0; c < 3; c++) {
+            const float all = beauty[4 * i + c], part = light[3 * i + c];
+            assert_true(fabsf(diffuse[3 * i + c] + specular[3 * i + c] - part) < 1e-5F);
+            assert_true(seen ? fabsf(all - part) < 1e-5F : all > 0);
+        }
+    }
+    assert_true(behind > 20 && behind < pixels_of(&d));
+    drop_drawn(&d);
+}
+
+/* Pictures that share hits or light with earlier ones are as if they did not. */
+static void what_is_kept_knows_the_environment(void **state) {
+    shd_engine *keeping = new_engine_that_keeps(8 << 20, 1, NULL);
+    static const char *const maps[] = {"studio", "sky", "studio", "studio", "studio"};
+    static const double turns[] = {0, 0, 30, 0, 0};
+    static const char *const tiers[] = {"standard", "standard", "standard", "standard", "exact"};
+    for (int k = 0; k < 5; k++) {
+        char *accuracy = text_of("\"tier\": \"%s\"", tiers[k]);
+        char *json = scene_in(maps[k], "", accuracy, turns[k]);
+        file kept = png_of(keeping, json), alone = png_of(*state, json);
+        assert_int_equal(kept.size, alone.size);
+        assert_memory_equal(kept.data, alone.data, kept.size);
+        free(kept.data);
+        free(alone.data);
+        free(json);
+        free(accuracy);
+    }
+    shd_engine_drop(keeping);
+}
+
+/* What an environment cannot be in is told of the light. */
+static void what_it_cannot_light_is_refused(void **state) {
+    static const char *const members[] = {
+        "\"objects\": [{\"type\": \"sphere\", \"material\": {\"model\": \"oren-nayar\"}}]",
+        "\"spectral\": true, \"objects\": [{\"type\": \"sphere\"}]"};
+    for (int k = 0; k < 2; k++) {
+        char *json = text_of("{\"lights\": [{\"type\": \"environment\", \"map\": \"sky\"}], %s}",
+                             members[k]);
+        shd_request *request = NULL;
+        shd_error error;
+        assert_int_equal(shd_request_new(*state, &request, &error), SHD_OK);
+        assert_int_equal(shd_request_read(request, json, strlen(json), SHD_PNG), SHD_SCENE);
+        assert_string_equal(shd_request_report(request)->errors[0].pointer, "/lights/0");
+        shd_request_drop(request);
+        free(json);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(tables_are_within_their_bounds),
+        cmocka_unit_test(budgets_choose_between_tables_and_quadrature),
+        cmocka_unit_test(a_whole_turn_changes_nothing),
+        cmocka_unit_test(layers_add_up),
+        cmocka_unit_test(what_is_kept_knows_the_environment),
+        cmocka_unit_test(what_it_cannot_light_is_refused),
+    };
+    return cmocka_run_group_tests(tests, make_engine, drop_engine);
+}
