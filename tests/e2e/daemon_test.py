@@ -151,7 +151,7 @@ class OptionsTest(Folder):
         sample = (SOURCE / "config/shaded.conf").read_text()
         shown = dict(re.findall(r"^([a-z-]+) = (.*)$", sample, re.MULTILINE))
         without = ("ocio", "materials", "tokens", "admin-tokens", "preview-keys", "cors-origins",
-                   "trusted-proxies", "scenes-folder")
+                   "trusted-proxies", "scenes-folder", "assets")
         for name in without:
             self.assertIn(f"\n; {name} = ", sample)
         self.assertEqual({**shown, **dict.fromkeys(without, "")}, listed)

@@ -164,7 +164,7 @@ class Http(unittest.TestCase):
         sphere = visibility(type="sphere")
         flat = visibility(type="sphere", interpolation="flat")
         self.assertGreater(flat, 2 * sphere)
-        self.assertGreater(visibility(type="sphere", interpolation="flat", segments=200), 3 * flat)
+        self.assertGreater(visibility(type="sphere", interpolation="flat", segments=200), 2 * flat)
         self.assertGreater(visibility(type="sphere", transform={"scale": [1, 0.9, 1]}), 1.5 * sphere)
         for away in ([100, 0, 0], [0, 0, 100]):  # beside the picture; behind the camera
             self.assertLess(visibility(type="sphere", transform={"translate": away}), sphere / 5)

@@ -44,11 +44,17 @@ class CommandTest(Folder):
         self.assertEqual(shade("render", scene, "-o", photo).returncode, 0)
         mirror = {**BALL, "image": {"width": 8, "height": 8}, "trace": {"depth": 1},
                   "objects": [{"type": "sphere", "material": {"reflection": 0.1}}]}
+        checks = {"pattern": "checker", "colors": [[0, 0, 0], [1, 1, 1]]}
+        around = {**mirror, "trace": {}, "lights": [{"type": "environment", "map": "sky"}],
+                  "objects": [{"type": "sphere"}]}
+        patterned = {**mirror, "trace": {}, "objects": [{"type": "sphere", "material": {"diffuse": checks}}]}
         for words, status, message in (
                 ((photo, self.scene("large.json", BALL)), 1, f"{photo}: the picture has 8 x 8 pixels, not 64 x 48"),
                 ((photo, scene, "--object", "bal"), 1,
                  '--object: no object has this name or number: did you mean "ball"?'),
                 ((photo, self.scene("mirror.json", mirror)), 1, "--object: its material mirrors or lets light through"),
+                ((photo, self.scene("patterned.json", patterned)), 1, "--object: its material has a pattern"),
+                ((photo, self.scene("around.json", around)), 1, "/lights: light 0 is an environment"),
                 ((self.folder / "no.webp", scene), 1, "no.webp: the picture cannot be read as webp"),
                 ((self.folder / "ball.gif", scene), 2, "unknown suffix"),
                 ((photo,), 2, "fit wants a photo and a scene, not 1"),

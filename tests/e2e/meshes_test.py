@@ -199,7 +199,7 @@ class MeshesTest(Test):
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             (folder / "wedge.obj").write_text("o mesh\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-            told = subprocess.run([BUILD / "shade", "import", "wedge.obj", "-o", "scene.json", "--assets", "kept"],
+            told = subprocess.run([BUILD / "shade", "import", "wedge.obj", "-o", "scene.json", "--meshes", "kept"],
                                   cwd=folder, check=True, capture_output=True, text=True).stderr
             scene = json.loads((folder / "scene.json").read_text())
             scene["image"] = SMALL["image"]

@@ -86,6 +86,14 @@ static shd_status choose(const shd_request *request, const char *name, seeing *s
             return shd_fail(error, SHD_SCENE, "/object",
                             "its material mirrors or lets light through: a fit takes what lights "
                             "show on it, without `depth` in `trace`");
+    if (shd_is_textured(m))
+        return shd_fail(error, SHD_SCENE, "/object",
+                        "its material has a pattern: a fit finds coefficients that are the same "
+                        "everywhere");
+    for (size_t j = 0; j < scene->light_count; j++)
+        if (scene->lights[j].type == SHD_LIGHT_ENVIRONMENT)
+            return shd_fail(error, SHD_SCENE, "/lights",
+                            "light %zu is an environment, which a fit does not take", j);
     s->model = m->model;
     if (s->model > SHD_MODEL_PHONG_NORMALIZED)
         return shd_fail(error, SHD_SCENE, "/object",
