@@ -203,8 +203,29 @@ static int take_number(int option, const char *value, cli_options *options) {
     return -1;
 }
 
+/* Where an option's value is kept as it is. NULL: it is another one. */
+static const char **find_text(int option, cli_options *options) {
+    switch (option) {
+    case OPTION_KERNEL:
+        return &options->engine.kernel;
+    case OPTION_OCIO:
+        return &options->engine.ocio_config;
+    case OPTION_ASSETS:
+        return &options->engine.assets;
+    case OPTION_OBJECT:
+        return &options->object;
+    default:
+        return NULL;
+    }
+}
+
 /* Takes one option and its value. Returns the exit status, or -1: go on. */
 static int take_option(int option, const char *value, cli_options *options) {
+    const char **text = find_text(option, options);
+    if (text) {
+        *text = value;
+        return -1;
+    }
     switch (option) {
     case 'o':
         if (options->output) return cli_usage("-o is given twice");
@@ -213,17 +234,8 @@ static int take_option(int option, const char *value, cli_options *options) {
     case OPTION_THREADS:
         if (parse_threads(value, &options->engine.threads)) return -1;
         return cli_usage("--threads wants a number from 1 to 1024, not '%s'", value);
-    case OPTION_KERNEL:
-        options->engine.kernel = value;
-        return -1;
     case OPTION_JSON:
         options->json = true;
-        return -1;
-    case OPTION_OCIO:
-        options->engine.ocio_config = value;
-        return -1;
-    case OPTION_ASSETS:
-        options->engine.assets = value;
         return -1;
     case OPTION_MATERIALS:
         if (add_materials(value, options)) return -1;
@@ -248,9 +260,6 @@ static int take_option(int option, const char *value, cli_options *options) {
     case OPTION_FAIL_ABOVE:
     case OPTION_DENSITY:
         return take_comparison(option, value, options);
-    case OPTION_OBJECT:
-        options->object = value;
-        return -1;
     case 'h':
         return print_and_exit(help_text);
     case 'V':
