@@ -361,6 +361,8 @@ static int run_command(const char *name, const char *const *scenes, size_t count
         return cli_usage("--fail-above and --density are for diff");
     if ((options->phong || options->meshes) && strcmp(name, "import"))
         return cli_usage("--phong and --meshes are for import");
+    if (options->engine.assets && !strcmp(name, "import"))
+        return cli_usage("--assets is not for import: --meshes FOLDER writes its meshes");
     if (options->object && strcmp(name, "fit")) return cli_usage("--object is for fit");
     const int other = run_other(name, scenes, count, options);
     if (other >= 0) return other;

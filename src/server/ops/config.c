@@ -406,14 +406,15 @@ void shd_config_help(FILE *out) {
         print_default(out, &options[i], &defaults);
         fputc('\n', out);
     }
-    fputs("  --config FILE             configuration file (or SHADED_CONFIG)\n"
-          "  --ready                   ask the daemon that runs with these options whether it is\n"
-          "                            ready, instead of being one\n"
-          "  --help, --version\n\n"
-          "SIGHUP reads the options, the tokens, the keys and the color configuration again; what\n"
-          "is bad leaves everything as it was.\n"
-          "SIGTERM and SIGINT finish what is accepted and exit 0; a second one exits at once.\n"
-          "Exit status: 0 stopped, or ready; 1 could not start or finish, or not ready; 2 wrong "
-          "flags.\n",
-          out);
+    fputs(
+        "  --config FILE             configuration file (or SHADED_CONFIG)\n"
+        "  --ready                   ask the daemon that runs with these options whether it is\n"
+        "                            ready, instead of being one\n"
+        "  --help, --version\n\n"
+        "SIGHUP reads the options, the tokens, the keys, the materials, the list of pictures and\n"
+        "the color configuration again; what is bad leaves everything as it was.\n"
+        "SIGTERM and SIGINT finish what is accepted and exit 0; a second one exits at once.\n"
+        "Exit status: 0 stopped, or ready; 1 could not start or finish, or not ready; 2 wrong "
+        "flags.\n",
+        out);
 }
