@@ -226,6 +226,9 @@ bool shd_request_multipart(const shd_request *request);
  * about one light on one sample in single precision. */
 uint64_t shd_request_work(const shd_request *request);
 
+/* The part of it that a plan alone takes; 0 without a scene. */
+uint64_t shd_request_planning_work(const shd_request *request);
+
 /* After a successful read: bytes that its pictures take at least. */
 uint64_t shd_request_needs(const shd_request *request);
 

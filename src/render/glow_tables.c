@@ -5,7 +5,9 @@
 #include <string.h>
 
 #include "assets/store.h"
+#include "base/pool.h"
 #include "render/westin_tables.h"
+#include "shade/glow_needs.h"
 #include "shade/prefilter.h"
 
 static shd_digest name_of(const shd_surroundings *map, double exponent, bool lobe) {
@@ -35,6 +37,8 @@ static shd_status make_table(shd_rendering *r, const shd_surroundings *map, doub
     }
     free(scratch);
     shd_budget_give(r->engine->budget, scratch_bytes);
+    /* Small work does not wait for many tables. */
+    r->beside -= shd_pool_lend(r->engine->pool);
     if (status != SHD_OK) return status;
     /* A table that cannot be kept is as good for the one who made it. */
     bool known;

@@ -10,9 +10,6 @@
 /* Bytes that may be kept: some hundred tables of usual exponents, or three of the largest. */
 enum { SHD_GLOW_BYTES = 96 << 20 };
 
-/* How many tables one scene may have; further terms are summed by quadrature. */
-enum { SHD_GLOWS_MOST = 64 };
-
 /* The tables of all terms of a draft's materials under environments: see shd_plan.glows. *out is
  * NULL if there is no environment, or the exact tier is asked for. Makes those that are not kept,
  * which takes some 0.1 seconds each, and up to one where lobes are narrow. SHD_CANCELLED,

@@ -16,6 +16,7 @@
 #include "render/tiles/fragments.h"
 #include "render/westin_tables.h"
 #include "scene/variants.h"
+#include "shade/glow_needs.h"
 
 shd_status shd_request_new(shd_engine *engine, shd_request **out, shd_error *error) {
     shd_request *request = calloc(1, sizeof *request);
@@ -151,15 +152,17 @@ static shd_status check_memory(shd_request *request) {
     uint64_t needed = shd_arena_used(request->rendering.arena);
     for (const shd_held_mesh *m = request->held; m; m = m->next)
         needed += shd_stored_size(m->stored);
-    needed += shd_request_texel_bytes(request);
+    needed += shd_request_texel_bytes(request) + shd_glow_needs_of(request->scene).bytes;
     if (__builtin_add_overflow(shd_estimate_memory(request->scene), needed, &needed))
         needed = UINT64_MAX;
     if (needed <= limit) return SHD_OK;
     shd_report_error(&request->report, SHD_LIMIT, "/image",
-                     "the pictures%s take at least %llu bytes; the limit `memory` is %llu",
+                     "the pictures%s%s take at least %llu bytes; the limit `memory` is %llu",
                      request->held_pictures ? ", the kept meshes and the assets"
                      : request->held        ? " and the kept meshes"
                                             : "",
+                     shd_glow_needs_of(request->scene).bytes ? " and the tables of environments"
+                                                             : "",
                      (unsigned long long)needed, (unsigned long long)limit);
     shd_report_limit(&request->report, SHD_LIMIT_MEMORY);
     return SHD_LIMIT;
@@ -257,6 +260,10 @@ const char *shd_request_etag(const shd_request *request) {
 uint64_t shd_request_work(const shd_request *request) {
     if (request->pair) return request->pair->work;
     return request->sheet ? request->sheet->work : shd_estimate_work(request->scene);
+}
+
+uint64_t shd_request_planning_work(const shd_request *request) {
+    return request->scene ? shd_estimate_planning(request->scene) : 0;
 }
 
 uint64_t shd_request_needs(const shd_request *request) {

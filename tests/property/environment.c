@@ -150,6 +150,40 @@ static void what_it_cannot_light_is_refused(void **state) {
     }
 }
 
+static uint64_t work_of(shd_engine *engine, const char *accuracy, const char *shininess,
+                        uint64_t *planning) {
+    char *json =
+        text_of("{\"image\": {\"width\": 8, \"height\": 8, \"samples\": 1}, \"accuracy\": {%s}, "
+                "\"lights\": [{\"type\": \"environment\", \"map\": \"sky\"}], \"objects\": "
+                "[{\"type\": \"sphere\", \"material\": {\"specular\": 1, \"shininess\": %s}}]}",
+                accuracy, shininess);
+    shd_request *request = read_scene(engine, json);
+    const uint64_t work = shd_request_work(request);
+    *planning = shd_request_planning_work(request);
+    shd_request_drop(request);
+    free(json);
+    return work;
+}
+
+/* Small pictures are not small work: who waits for a turn is told so before it begins. */
+static void work_counts_tables_and_quadrature(void **state) {
+    uint64_t planning[5];
+    const uint64_t tables = work_of(*state, "\"tier\": \"standard\"", "24", &planning[0]),
+                   diffuse = work_of(*state, "\"tier\": \"standard\"", "1", &planning[1]),
+                   sharp = work_of(*state, "\"tier\": \"standard\"", "5000", &planning[2]),
+                   exact = work_of(*state, "\"tier\": \"exact\"", "24", &planning[3]),
+                   shown =
+                       work_of(*state, "\"maxError\": 1, \"metric\": \"code\"", "24", &planning[4]);
+    assert_int_equal(planning[0], 2 * planning[1]);
+    assert_int_equal(planning[1], planning[2]);
+    assert_int_equal(planning[3], 0);
+    assert_int_equal(planning[4], planning[0]);
+    const uint64_t summed = 64 * 200000; /* units of 64 samples of a term */
+    assert_true(tables < planning[0] + summed / 10);
+    assert_true(diffuse > planning[1] + summed && sharp > planning[2] + summed);
+    assert_true(exact > 2 * summed && shown > planning[4] + 2 * summed);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(tables_are_within_their_bounds),
@@ -158,6 +192,7 @@ int main(void) {
         cmocka_unit_test(layers_add_up),
         cmocka_unit_test(what_is_kept_knows_the_environment),
         cmocka_unit_test(what_it_cannot_light_is_refused),
+        cmocka_unit_test(work_counts_tables_and_quadrature),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
 }

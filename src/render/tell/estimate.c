@@ -1,6 +1,7 @@
 #include "render/tell/estimate.h"
 
 #include "render/show/output.h"
+#include "shade/glow_needs.h"
 
 /* Sums and products of numbers of up to 2^46 saturate instead of wrapping. */
 static uint64_t add_sat(uint64_t a, uint64_t b) {
@@ -66,6 +67,11 @@ uint64_t shd_estimate_object_lights(const shd_scene *scene) {
     return mul_sat(scene->object_count, scene->light_count);
 }
 
+uint64_t shd_estimate_planning(const shd_scene *scene) {
+    enum { TABLE = 40000000 }; /* some 0.2 seconds */
+    return mul_sat(TABLE, shd_glow_needs_of(scene).tables);
+}
+
 uint64_t shd_estimate_work(const shd_scene *scene) {
     enum {
         PIXEL = 4,
@@ -73,7 +79,8 @@ uint64_t shd_estimate_work(const shd_scene *scene) {
         DOUBLE_PRECISION = 4,
         MESH_TRIANGLE = 8,
         AREA = 500,
-        AROUND = 200
+        AROUND = 200,
+        SUMMED = 200000 /* an environment's term by quadrature */
     };
     const uint64_t pixels = pixels_of(scene);
     uint64_t samples = mul_sat(pixels, (uint64_t)scene->raster.samples), triangles = 0, layers = 0;
@@ -88,10 +95,11 @@ uint64_t shd_estimate_work(const shd_scene *scene) {
         if (shd_has_shape(scene->lights[j].type))
             a_sample = add_sat(a_sample, AREA);
         else if (scene->lights[j].type == SHD_LIGHT_ENVIRONMENT)
-            a_sample =
-                add_sat(a_sample, scene->accuracy.tier == SHD_EXACT ? 1000 * AROUND : AROUND);
+            a_sample = add_sat(a_sample, AROUND);
+    a_sample = add_sat(a_sample, mul_sat(SUMMED, shd_glow_needs_of(scene).summed));
     if (scene->accuracy.tier == SHD_EXACT) a_sample = mul_sat(a_sample, DOUBLE_PRECISION);
-    return add_sat(add_sat(mul_sat(samples, a_sample),
-                           mul_sat(pixels, add_sat(PIXEL, mul_sat(LAYER, layers)))),
-                   mul_sat(triangles, MESH_TRIANGLE));
+    return add_sat(shd_estimate_planning(scene),
+                   add_sat(add_sat(mul_sat(samples, a_sample),
+                                   mul_sat(pixels, add_sat(PIXEL, mul_sat(LAYER, layers)))),
+                           mul_sat(triangles, MESH_TRIANGLE)));
 }

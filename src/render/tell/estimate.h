@@ -13,6 +13,10 @@ uint64_t shd_estimate_memory(const shd_scene *scene);
 uint64_t shd_estimate_light_samples(const shd_scene *scene);
 uint64_t shd_estimate_object_lights(const shd_scene *scene);
 
+/* The part of the work below that a plan alone takes: tables of environments, unless they are kept.
+ */
+uint64_t shd_estimate_planning(const shd_scene *scene);
+
 /* How much there is to compute, in units of about one light on one sample in single precision:
  * right to a factor of a few. Saturates. */
 uint64_t shd_estimate_work(const shd_scene *scene);

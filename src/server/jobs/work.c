@@ -94,7 +94,9 @@ static void run_job(shd_job *job) {
 /* The cost of a document whose reading was cancelled is not known, nor asked for. */
 static double find_cost(const shd_job *job) {
     const bool was_read = shd_request_report(job->request)->status == SHD_OK;
-    if (job->work->size == SHD_SMALL || !was_read) return job->cost;
+    if (!was_read) return job->cost;
+    if (job->work->size == SHD_SMALL)
+        return job->cost + (double)shd_request_planning_work(job->request);
     const double work = (double)shd_request_work(job->request);
     return job->work->size == SHD_LARGE ? COMPARED * work : work;
 }

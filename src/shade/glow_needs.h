@@ -1,0 +1,16 @@
+/* What environments will take of a scene, before anything is made. */
+#pragma once
+
+#include "scene/scene.h"
+
+/* How many tables one scene may have; further terms are summed by quadrature. */
+enum { SHD_GLOWS_MOST = 64 };
+
+/* What a scene's environments may take beside its samples, whatever is kept: tables, and their
+ * bytes; and terms of a material that are summed by quadrature, at most. */
+typedef struct shd_glow_needs {
+    size_t tables, summed;
+    uint64_t bytes;
+} shd_glow_needs;
+
+shd_glow_needs shd_glow_needs_of(const shd_scene *scene);
