@@ -109,8 +109,8 @@ function choices(argument, text) {
         gsub(/[|]/, " ", argument)
         return argument
     }
-    # "portable, avx2 or neon: what it is; auto: the widest"
-    if (argument == "NAME") {
+    # "portable, avx2 or neon: what it is; auto: the widest". Other names are the user's.
+    if (argument == "NAME" && text ~ /auto/) {
         sub(/:.*/, "", text)
         gsub(/,| or /, " ", text)
         gsub(/ +/, " ", text)

@@ -42,7 +42,8 @@ typedef struct shd_engine_options {
     /* Bytes of G-buffers and sums of light that are kept between requests; 0: none. Pictures are
      * the same, to the byte. */
     size_t reuse;
-    size_t mesh_store; /* bytes of meshes, scenes and pictures that are kept; 0: none */
+    size_t mesh_store;     /* bytes of meshes, scenes and pictures that are kept; 0: none */
+    bool scenes_elsewhere; /* its owner keeps scenes beside that; it is told, and nothing else */
     /* All memory of requests and between them is taken from it; it outlives the engine; NULL:
      * endless. */
     shd_budget *budget;

@@ -44,10 +44,12 @@ export class Shaded {
     compare(scene: Scene, options?: Asking): Promise<Answer<"/v1/compare", "post">>;
     analyze(scene: Scene, options?: Asking): Promise<Answer<"/v1/analyze", "post">>;
     brdf(scene: Scene, options?: Asking): Promise<Answer<"/v1/brdf", "post">>;
-    diff(a: Scene, b: Scene, options?: Asking): Promise<Answer<"/v1/diff", "post">>;
+    diff(a: Scene | string, b: Scene | string, options?: Asking): Promise<Answer<"/v1/diff", "post">>;
     fit(scene: Scene, photo: string, object?: string, options?: Asking): Promise<Answer<"/v1/fit", "post">>;
     batch(batch: Batch, options?: Asking): Promise<Response>;
     keepScene(scene: Scene, options?: Asking): Promise<Answer<"/v1/scenes", "put">>;
+    /** Puts the file of a picture, and answers its name for `diff` and `fit`. */
+    keepPicture(bytes: Blob | ArrayBuffer | Uint8Array, options?: Asking): Promise<`sha256-${string}`>;
     materials(options?: Asking): Promise<Answer<"/v1/materials", "get">>;
     shapes(options?: Asking): Promise<Answer<"/v1/shapes", "get">>;
     colorspaces(options?: Asking): Promise<Answer<"/v1/colorspaces", "get">>;

@@ -61,7 +61,7 @@ export class Shaded {
         return this.#tell("v1/brdf", { ...options, method: "POST", body: scene, headers });
     }
 
-    /* How far the pictures of two scenes are apart. */
+    /* How far the pictures of two scenes are apart, or pictures that are kept, by their names. */
     diff(a, b, options) {
         const headers = { Accept: "application/json" };
         return this.#tell("v1/diff", { ...options, method: "POST", body: { a, b }, headers });
@@ -77,6 +77,17 @@ export class Shaded {
     batch(batch, options) { return this.request("v1/batch", { ...options, method: "POST", body: batch }); }
 
     keepScene(scene, options) { return this.#tell("v1/scenes", { ...options, method: "PUT", body: scene }); }
+
+    /* Bytes of a file or a Blob. Answers the name that `diff` and `fit` take. */
+    async keepPicture(bytes, options) {
+        const body = new Uint8Array(bytes instanceof Blob ? await bytes.arrayBuffer() : bytes);
+        const hash = new Uint8Array(await crypto.subtle.digest("SHA-256", body));
+        const sha256 = Array.from(hash, byte => byte.toString(16).padStart(2, "0")).join("");
+        await this.request(`v1/assets/${sha256}`, { ...options, method: "PUT", body,
+                                                    headers: { "Content-Type": "application/octet-stream" } });
+        return `sha256-${sha256}`;
+    }
+
     materials(options) { return this.#tell("v1/materials", options); }
     shapes(options) { return this.#tell("v1/shapes", options); }
     colorspaces(options) { return this.#tell("v1/colorspaces", options); }

@@ -46,18 +46,19 @@ typedef struct child {
 
 /* ---- The process ---- */
 
-/* What dynamic loading and sanitizers look at; and that numeric libraries, which OpenImageIO loads
- * and nobody calls here, start no threads. */
+/* What dynamic loading and sanitizers look at; and that OpenImageIO starts no thread for each
+ * processor, nor do numeric libraries, which it loads and nobody calls here. */
 enum { VARIABLES = 16 };
 
 static void choose_environment(char *out[VARIABLES]) {
     static char single[] = "OPENBLAS_NUM_THREADS=1", alone[] = "OMP_NUM_THREADS=1",
-                arenas[] = "MALLOC_ARENA_MAX=1";
+                no_pool[] = "OPENIMAGEIO_THREADS=1", arenas[] = "MALLOC_ARENA_MAX=1";
     static const char *const kept[] = {
         "LD_LIBRARY_PATH=", "ASAN_OPTIONS=", "UBSAN_OPTIONS=", "TSAN_OPTIONS=", "LSAN_OPTIONS="};
     size_t count = 0;
     out[count++] = single;
     out[count++] = alone;
+    out[count++] = no_pool;
     out[count++] = arenas;
     for (char **variable = environ; *variable; variable++)
         for (size_t i = 0; i < sizeof kept / sizeof *kept; i++)

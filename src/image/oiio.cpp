@@ -342,8 +342,8 @@ void read_picture(shd_oiio_file &file) {
             file.values[i * count + c] = whole[i * all + static_cast<size_t>(channels[c])];
 }
 
-/* Channels are read in one go from the first to the last one that is wanted, which may not lie far
- * apart: others in between are decoded, too. */
+/* Of a file. OpenEXR decodes all of them, whichever are wanted, and the limits of pixels and memory
+ * do not count those that are not. */
 constexpr int most_channels = 16;
 
 void decode_picture(shd_oiio_decoding &d) {
@@ -351,13 +351,18 @@ void decode_picture(shd_oiio_decoding &d) {
     OIIO::ImageSpec straight;
     straight.attribute("oiio:UnassociatedAlpha", 1);
     const std::string name = std::string("memory.") + d.suffix;
-    auto input = OIIO::ImageInput::create(name, false, &straight, &bytes);
+    /* By the format's name: with a file's name it opens the file now, and tries all formats on one
+     * that is damaged, of which some start threads. */
+    auto input = OIIO::ImageInput::create(d.suffix);
     if (!input) throw std::runtime_error(OIIO::geterror());
     OIIO::ImageSpec spec;
     if (!input->set_ioproxy(&bytes)) throw std::runtime_error("it is not read from memory");
     if (!input->open(name, spec, straight)) throw std::runtime_error(input->geterror());
     if (spec.deep) throw std::runtime_error("it is a deep picture, of many samples a pixel");
     if (spec.depth > 1) throw std::runtime_error("it is a volume, not a picture");
+    if (spec.nchannels > most_channels)
+        throw std::runtime_error("it has " + std::to_string(spec.nchannels) +
+                                 " channels; pictures of 16 at most are read");
     d.width = spec.width;
     d.height = spec.height;
     int channels[4];
@@ -365,8 +370,6 @@ void decode_picture(shd_oiio_decoding &d) {
     d.associated = is_associated(spec, d.alpha);
     const int first = *std::min_element(channels, channels + d.count),
               last = *std::max_element(channels, channels + d.count) + 1, read = last - first;
-    if (read > most_channels)
-        throw std::runtime_error("its colors lie more than 16 channels apart");
     const OIIO::TypeDesc type = spec.channelformat(channels[0]);
     d.depth = type == OIIO::TypeDesc::UINT8    ? SHD_U8
               : type == OIIO::TypeDesc::UINT16 ? SHD_U16

@@ -138,6 +138,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
         .limits = options->limits,
         .tiles = calloc(2, sizeof *engine->tiles),
         .isa = isa,
+        .scenes_elsewhere = options->scenes_elsewhere,
         .budget = options->budget,
         .spares = shd_spares_new(spare_bytes(options, threads), options->budget),
     };

@@ -31,8 +31,9 @@ struct shd_engine {
     struct shd_westin_tables *westin;
     struct shd_store *glows; /* of tables of environments */
     shd_limits limits;
-    atomic_ullong *tiles; /* [2] of this engine and those that borrow: wanted when done, or not */
-    shd_isa isa;          /* of the kernels */
+    atomic_ullong *tiles;  /* [2] of this engine and those that borrow: wanted when done, or not */
+    shd_isa isa;           /* of the kernels */
+    bool scenes_elsewhere; /* see shd_engine_options */
     bool floats_only; /* for tests: no colors go straight to codes, which gives the same bytes */
 };
 

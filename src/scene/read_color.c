@@ -125,6 +125,20 @@ static void read_css(shd_reader *r, const shd_node *node, double *out, double *a
     *alpha = color.alpha;
 }
 
+/* Whether an object is what stands for a coefficient elsewhere, or nowhere yet, which is reported.
+ */
+static bool is_misplaced(shd_reader *r, const shd_node *node) {
+    const shd_node pattern = shd_node_member(node, "pattern"),
+                   texture = shd_node_member(node, "texture");
+    if (pattern.value)
+        shd_wrong(r, &pattern,
+                  "a pattern has no place here: emissive, ambient, diffuse, specular and the "
+                  "specular of lobes may be patterns");
+    else if (texture.value)
+        shd_wrong(r, &texture, "pictures are not taken as textures yet");
+    return pattern.value || texture.value;
+}
+
 typedef struct spaced_color {
     const shd_space_info *space;
     shd_vec3 value;
@@ -136,6 +150,7 @@ static void read_spaced(shd_reader *r, const shd_node *node, double *out) {
         {"value", shd_read_vector, offsetof(spaced_color, value), .required = true},
     };
     spaced_color color;
+    if (is_misplaced(r, node)) return;
     shd_read_fields(r, node, fields, SHD_LENGTH(fields), 0, "a color", &color);
     if (r->wrong) return;
     double rgb[3] = {color.value.x, color.value.y, color.value.z};

@@ -87,6 +87,11 @@ test("all that is told can be asked for", async () => {
     for (const ask of ["explain", "compare", "analyze", "brdf"])
         assert.equal(typeof await shaded[ask](scene), "object", ask);
     assert.match((await shaded.keepScene(scene)).digest, /^[0-9a-f]{64}$/);
+    const { blob } = await shaded.render(scene);
+    const bytes = await blob.arrayBuffer(), kept = "sha256-" + digest(Buffer.from(bytes));
+    for (const picture of [blob, bytes, new Uint8Array(bytes)])
+        assert.equal(await shaded.keepPicture(picture), kept);
+    assert.equal((await shaded.diff(scene, kept)).differing, 0);
     const batch = await shaded.batch({ scene, variants: [{}, {}] });
     assert.match(batch.headers.get("Content-Type"), /^multipart\/form-data/);
     assert.ok((await batch.arrayBuffer()).byteLength > 100);
@@ -104,6 +109,7 @@ test("types hold what is right, and refuse what is wrong", () => {
             const picture: Picture = await shaded.render(scene, { accept: "image/webp" });
             const names: string[] = (await shaded.version()).features ?? [];
             const again: Picture | null = await shaded.render(scene, { etag: picture.etag ?? names[0] });
+            await shaded.diff(scene, await shaded.keepPicture(picture.blob));
             await shaded.batch({ scene, sweep: { "/objects/0/radius": [1, 2] } });
             return (again ?? picture).blob;
         }

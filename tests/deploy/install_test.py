@@ -247,6 +247,7 @@ class CompletionTest(Installed):
 
     def test_values(self):
         self.assertEqual(self.complete("shaded", "--kernel", "a"), ["avx2", "avx512", "auto"])
+        self.assertEqual(self.complete("shade", "--object", "w"), [])
         self.assertEqual(self.complete("shaded", "--log-requests", "o"), ["on", "off"])
         self.assertEqual(self.complete("shaded", "--config", "shaded.c"), ["shaded.conf"])
         self.assertEqual(self.complete("shade", "render", "mat"), ["materials.json"])

@@ -234,6 +234,8 @@ class StoreTest(Test):
 
     def test_without_a_store(self):
         with Daemon("--mesh-store", "0") as daemon:
+            features = json.loads(daemon.get("/v1/version").body)["features"]
+            self.assertFalse({"meshes", "scenes", "assets"} & set(features))
             self.assert_problem(self.put(daemon, BODY), 422, "limit", "`mesh-store` is 0")
             self.assert_problem(daemon.render(named(DIGEST)), 422, "scene", "no meshes are kept here")
 

@@ -71,6 +71,8 @@ class FolderTest(Test):
     def test_memory_may_have_no_room(self):
         long = lit(900)  # read in its turn, among the large ones
         with self.daemon("--mesh-store", "0") as daemon:
+            features = json.loads(daemon.get("/v1/version").body)["features"]
+            self.assertEqual({"meshes", "scenes", "assets"} & set(features), {"scenes"})
             for scene in (SMALL, long):
                 self.assertEqual(self.keep(daemon, scene), path_of(scene))
                 picture = self.picture(daemon, path_of(scene))

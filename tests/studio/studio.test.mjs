@@ -244,7 +244,7 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
             for (let i = 0; i < 8; i++) await studio.page.keyboard.press("ArrowDown");
         });
         assert.ok(now.brightY > old.brightY + 0.05);
-        const types = ["ambient", "point", "spot", "rect", "disc", "sphere"];
+        const types = ["ambient", "point", "spot", "rect", "disc", "sphere", "environment"];
         for (const type of types) {
             [old, now, scene] = await change(with_("/lights", []), async () => studio.page.selectOption('select[aria-label="Add a light"]', type));
             assert.equal(scene.lights[0].type, type);
@@ -252,6 +252,10 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
         }
         [old, now, scene] = await change(SCENE, () => studio.page.selectOption('select[aria-label="Type of Light 1"]', "spot"));
         assert.deepEqual([scene.lights[0].type, scene.lights[0].position?.length], ["spot", 3]);
+        for (const [type, map] of [["environment", "studio"], ["spot", undefined]]) {
+            [old, now, scene] = await change(SCENE, () => studio.page.selectOption('select[aria-label="Type of Light 1"]', type));
+            assert.deepEqual([scene.lights[0].map, scene.lights[0].position?.length], [map, map ? undefined : 3]);
+        }
         await studio.page.click(".light summary");
         await studio.type("/lights/0/angle", "8");
         assert.ok(sum((await studio.look()).mean) < sum(now.mean), "a smaller cone");

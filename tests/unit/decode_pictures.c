@@ -212,7 +212,8 @@ static void a_head_decides_before_anything_is_decoded(void **state) {
 
 /* ---- Other formats ---- */
 
-static shd_bytes make_file(shd_format format, shd_depth depth, bool alpha, const float *rgba) {
+static shd_bytes make_layered(shd_format format, shd_depth depth, bool alpha, const float *rgba,
+                              const shd_image_layer *layer) {
     shd_arena *arena = shd_arena_new(64 << 20);
     const char *const names[] = {"R", "G", "B"};
     const shd_image image = {.width = WIDTH,
@@ -223,12 +224,18 @@ static shd_bytes make_file(shd_format format, shd_depth depth, bool alpha, const
                              .depth = depth,
                              .quality = 100,
                              .channel_names = names,
+                             .layers = layer,
+                             .layer_count = layer != NULL,
                              .slots = 1};
     shd_bytes file;
     shd_error error;
     if (shd_image_encode(&image, format, arena, &file, &error)) fail_msg("%s", error.text);
     shd_arena_drop(arena);
     return file;
+}
+
+static shd_bytes make_file(shd_format format, shd_depth depth, bool alpha, const float *rgba) {
+    return make_layered(format, depth, alpha, rgba, NULL);
 }
 
 typedef struct other_kind {
@@ -311,6 +318,26 @@ static void exr_promises_nothing(void **state) {
     free(file.data);
 }
 
+/* OpenEXR decodes all of them. */
+static void channels_are_bounded(void **state) {
+    (void)state;
+    if (!oiio) skip();
+    static const char *const names[] = {"a", "b", "c", "d", "e", "f", "g",
+                                        "h", "i", "j", "k", "l", "m", "n"};
+    static float rgba[4 * PIXELS], values[14 * PIXELS];
+    for (int count = 13; count <= 14; count++) {
+        const shd_image_layer layer = {
+            .name = "x", .channels = names, .count = count, .values = values};
+        shd_bytes file = make_layered(SHD_EXR, SHD_HALF, false, rgba, &layer);
+        decoded d = decode(file.data, file.size);
+        assert_int_equal(d.status, count == 13 ? SHD_OK : SHD_SCENE);
+        assert_int_equal(d.admitted, count == 13);
+        if (d.status) assert_non_null(strstr(d.error.text, "it has 17 channels; pictures of 16"));
+        free(d.samples);
+        free(file.data);
+    }
+}
+
 int main(void) {
     void *module = dlopen("shaded_oiio.so", RTLD_NOW);
     shd_oiio_open_fn *open_it = NULL;
@@ -321,6 +348,7 @@ int main(void) {
         cmocka_unit_test(a_head_decides_before_anything_is_decoded),
         cmocka_unit_test(other_formats_are_read),
         cmocka_unit_test(exr_promises_nothing),
+        cmocka_unit_test(channels_are_bounded),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

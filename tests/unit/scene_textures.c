@@ -94,6 +94,29 @@ static void patterns_need_a_chart_and_colors_that_multiply(void **state) {
     drop(&r);
 }
 
+static void patterns_and_pictures_have_no_other_place(void **state) {
+    (void)state;
+#define PATTERN "{'pattern': 'checker', 'colors': [0, 1]}"
+    static const char has_no_place[] = "a pattern has no place here: emissive, ambient,",
+                      no_pictures[] = "pictures are not taken as textures yet";
+    static const refusal cases[] = {
+        {OBJECT("'type': 'sphere', 'material': {'opacity': " PATTERN "}"),
+         "/objects/0/material/opacity/pattern", has_no_place},
+        {OBJECT(
+             "'type': 'sphere', 'material': {'model': 'cook-torrance', 'fresnel': {'f0': " PATTERN
+             "}, 'lobes': [{'roughness': 0.4}]}"),
+         "/objects/0/material/fresnel/f0/pattern", has_no_place},
+        {"{'background': " PATTERN ", 'objects': []}", "/background/pattern", has_no_place},
+        {ON("'pattern': 'checker', 'colors': [0, " PATTERN "]"), AT "/colors/1/pattern",
+         has_no_place},
+        {ON("'texture': 'x'"), AT "/texture", no_pictures},
+        {OBJECT(
+             "'type': 'sphere', 'material': {'lobes': [{'specular': {'texture': 'x', 'uv': {}}}]}"),
+         "/objects/0/material/lobes/0/specular/texture", no_pictures},
+    };
+    ASSERT_REFUSED(cases);
+}
+
 static void digests_know_patterns(void **state) {
     (void)state;
     static const char *const scenes[] = {
@@ -132,6 +155,7 @@ int main(void) {
         cmocka_unit_test(patterns_are_two_colors_and_a_map),
         cmocka_unit_test(mistakes_in_patterns_are_pointed_to),
         cmocka_unit_test(patterns_need_a_chart_and_colors_that_multiply),
+        cmocka_unit_test(patterns_and_pictures_have_no_other_place),
         cmocka_unit_test(digests_know_patterns),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -204,7 +204,7 @@ static json_t *describe_version(const shd_engine *engine) {
                      "compiler", COMPILER, "build", BUILD_KIND, "libraries", describe_libraries(),
                      "formats", describe_formats(), "colorConfig",
                      shd_color_config_digest(engine->color), "kernel", shd_isa_name(engine->isa),
-                     "kernels", describe_tiers(), "features", shd_tell_features());
+                     "kernels", describe_tiers(), "features", shd_tell_features(engine));
 }
 
 shd_status shd_engine_describe(const shd_engine *engine, shd_topic topic, char **json,

@@ -2,13 +2,15 @@
 
 #include <string.h>
 
+#include "assets/store.h"
 #include "base/cpu.h"
 #include "base/scope.h"
 #include "scene/scene.h"
 #include "shaded.h"
 
-/* What every build of this version has. Of each: tests/e2e/features_test.py asks for it. */
-static const char *const always[] = {
+/* What every build of this version has, if it is not told to keep nothing. Of each:
+ * tests/e2e/features_test.py asks for it. */
+static const char *const names[] = {
     "analyze",      "assets",  "batch",      "bound-layer",   "brdf",    "budget",
     "codec-budget", "compare", "css-colors", "diff",          "explain", "fit",
     "layers",       "links",   "meshes",     "opacity",       "outputs", "patterns",
@@ -16,8 +18,15 @@ static const char *const always[] = {
     "sweep",        "trace",   "turntable",
 };
 
-static void tell_group(json_t *list, const char *group, const char *const *names) {
-    for (; *names; names++) json_array_append_new(list, json_sprintf("%s.%s", group, *names));
+/* Whether it has nowhere to keep what the feature stands for. */
+static bool is_off(const shd_engine *engine, const char *name) {
+    if (shd_store_load_of(engine->store).cap) return false;
+    return !strcmp(name, "meshes") || (!strcmp(name, "scenes") && !engine->scenes_elsewhere) ||
+           (!strcmp(name, "assets") && !engine->assets);
+}
+
+static void tell_group(json_t *list, const char *group, const char *const *members) {
+    for (; *members; members++) json_array_append_new(list, json_sprintf("%s.%s", group, *members));
 }
 
 /* "ocio.2.1" of "OpenColorIO 2.1.2|OpenImageIO ...": what its own transforms depend on. */
@@ -29,10 +38,10 @@ static void tell_ocio(json_t *list) {
     if (length > 2) json_array_append_new(list, json_sprintf("ocio.%.*s", (int)length, version));
 }
 
-json_t *shd_tell_features(void) {
+json_t *shd_tell_features(const shd_engine *engine) {
     json_t *list = json_array();
-    for (size_t i = 0; i < sizeof always / sizeof *always; i++)
-        json_array_append_new(list, json_string(always[i]));
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
+        if (!is_off(engine, names[i])) json_array_append_new(list, json_string(names[i]));
     for (int f = 0; f < SHD_FORMAT_COUNT; f++)
         if (shd_writes((shd_format)f))
             json_array_append_new(list,

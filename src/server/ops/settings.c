@@ -15,6 +15,7 @@ shd_engine_options shd_settings_engine(const shd_config *config) {
                                 .queue = queue,
                                 .reuse = config->reuse,
                                 .mesh_store = config->mesh_store,
+                                .scenes_elsewhere = *config->scenes_folder != 0,
                                 .limits = config->limits};
 }
 

@@ -47,6 +47,7 @@ export class LightsPanel {
             if (["rect", "disc", "sphere"].includes(type)) light.intensity = 12;
         } else if (properties.direction) light.direction = [1, -1, -1];
         if (type === "ambient") light.intensity = 0.1;
+        if (properties.map) light.map = "studio";
         this.store.set("/lights", [...(this.store.scene.lights ?? []), light]);
         this.adder.show("");
     }
@@ -108,8 +109,9 @@ export class LightsPanel {
         const made = { type };
         for (const [name, value] of Object.entries(light)) if (name in properties && name !== "type") made[name] = value;
         if (type === "directional") delete made.position;
+        if (properties.map) made.map ??= "studio";
         this.store.set(pointer, made);
-        if (from && type !== "ambient") this.#move(pointer, from, Math.max(1, length(from)), { keep: false });
+        if (from && type !== "ambient" && !properties.map) this.#move(pointer, from, Math.max(1, length(from)), { keep: false });
     }
 
     #place(pointer, title, light) {
