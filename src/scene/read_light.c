@@ -158,11 +158,10 @@ static void scale_color(shd_reader *r, const shd_node *node, raw_light *raw) {
 }
 
 static raw_light default_light(shd_reader *r, shd_light_type type) {
-    static const shd_vec3 places[] = {[SHD_LIGHT_POINT] = {3, 3, 3},
-                                      [SHD_LIGHT_SPOT] = {0, 4, 0},
-                                      [SHD_LIGHT_RECT] = {0, 4, 0},
-                                      [SHD_LIGHT_DISC] = {0, 4, 0},
-                                      [SHD_LIGHT_SPHERE] = {3, 3, 3}};
+    static const shd_vec3 places[] = {
+        [SHD_LIGHT_POINT] = {3, 3, 3},  [SHD_LIGHT_SPOT] = {0, 4, 0},
+        [SHD_LIGHT_RECT] = {0, 4, 0},   [SHD_LIGHT_DISC] = {0, 4, 0},
+        [SHD_LIGHT_SPHERE] = {3, 3, 3}, [SHD_LIGHT_ENVIRONMENT] = {0, 0, 0}};
     raw_light raw = {.position.at[3] = NAN,
                      .intensity = 1,
                      .frame = WORLD,

@@ -33,20 +33,22 @@ static void lay_rows(const shd_plan_material *material, size_t points, crowded *
     for (size_t r = 0; r < width; r++) c->added[r] = c->parts + r * stride;
 }
 
-/* Kernels write what is of points, and vectors read up to the end of the last step. */
-static void begin_rows(crowded *c) {
+/* Kernels write what is of points in rows that are asked for, and vectors read all rows up to the
+ * end of the last step. */
+static void begin_rows(crowded *c, bool diffuse) {
     static const size_t STEP = SHD_CROWD_STEP * sizeof(double);
     const size_t last = c->rows.count - SHD_CROWD_STEP, stride = c->rows.stride;
     for (size_t r = 0; r < c->rows.width; r++) {
         memset(c->sums + r * stride, 0, c->rows.count * sizeof *c->sums);
         memset(c->parts + r * stride + last, 0, STEP);
+        if (r < 3 && !diffuse) memset(c->parts + r * stride, 0, c->rows.count * sizeof *c->parts);
     }
     for (size_t k = 0; k < 3; k++) memset(c->share + k * stride, 0, c->rows.count * sizeof(double));
 }
 
 /* Takes the points of one object that follow each other. */
 static void take_crowd(const shd_lighting *lighting, const shd_plan_material *material,
-                       const shd_points64 *points, size_t first, crowded *c) {
+                       const shd_points64 *points, size_t first, bool diffuse, crowded *c) {
     size_t most = c->rows.stride, count = 0;
     if (most > points->count - first) most = points->count - first;
     for (; count < most && points->object[first + count] == points->object[first]; count++) {
@@ -64,7 +66,7 @@ static void take_crowd(const shd_lighting *lighting, const shd_plan_material *ma
     c->crowd.seconds = points->shadowed;
     lighting->shadows->gather(lighting->shadows->context, &c->crowd);
     c->rows.count = whole_steps(count);
-    begin_rows(c);
+    begin_rows(c, diffuse);
 }
 
 static shd_points64 points_of(const shd_points64 *all, size_t first, size_t count) {
@@ -106,7 +108,7 @@ void shd_shadowed_sums(const shd_lighting *lighting, const shd_plan_material *ma
     crowded c;
     lay_rows(material, points->count, &c);
     for (size_t first = 0; first < points->count; first += c.crowd.count) {
-        take_crowd(lighting, material, points, first, &c);
+        take_crowd(lighting, material, points, first, diffuse != NULL, &c);
         const shd_points64 here = points_of(points, first, c.crowd.count);
         for (size_t j = 0; j < n; j++) {
             shd_open_sums(lighting, material, &which[j], 1, &here, diffuse ? c.added : NULL,
