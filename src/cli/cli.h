@@ -110,6 +110,15 @@ int cli_run(enum cli_command command, const char *const *scenes, size_t count,
 
 /* ---- verify.c ---- */
 
+/* What a command does with a picture's path and format, and the request that has read its scene.
+ * Returns the exit status. */
+typedef int cli_work_on_picture(shd_request *request, const char *picture, shd_format format,
+                                const char *scene, const cli_options *options);
+
+/* Reads the scene, and works on it. Returns the exit status. */
+int cli_on_picture(const char *picture, const char *scene, const cli_options *options,
+                   cli_work_on_picture *work);
+
 /* Tells whether a picture is that of a scene. Returns the exit status. */
 int cli_verify(const char *picture, const char *scene, const cli_options *options);
 

@@ -19,14 +19,14 @@ static void print_error(const char *photo, const char *scene, shd_error *error) 
 }
 
 static int fit_request(shd_request *request, const char *photo, shd_format format,
-                       const char *scene, const char *object) {
+                       const char *scene, const cli_options *options) {
     const shd_render_options render = {.progress = on_progress, .context = request};
     shd_error error;
     char *json = NULL;
     cli_catch_interrupts();
     cli_progress_begin();
     const shd_status status =
-        shd_request_fit(request, photo, format, object, &render, &json, &error);
+        shd_request_fit(request, photo, format, options->object, &render, &json, &error);
     cli_progress_end();
     cli_end_if_interrupted();
     if (status != SHD_OK) {
@@ -41,29 +41,5 @@ static int fit_request(shd_request *request, const char *photo, shd_format forma
 }
 
 int cli_fit(const char *photo, const char *scene, const cli_options *options) {
-    shd_engine *engine = NULL;
-    shd_request *request = NULL;
-    shd_error error;
-    shd_format format;
-    char *text = NULL;
-    size_t length;
-    int result = CLI_FAILED;
-    const char *dot = strrchr(photo, '.');
-    if (!dot || !shd_format_find(dot + 1, &format))
-        return cli_usage("unknown suffix in '%s': png, jpg, webp, tif, exr and hdr are known",
-                         photo);
-    if (!cli_read_file(scene, (size_t)options->engine.limits.body, &text, &length))
-        return CLI_FAILED;
-    if (shd_engine_new(&options->engine, &engine, &error) ||
-        shd_request_new(engine, &request, &error)) {
-        cli_say("%s%s%s", error.path, *error.path ? ": " : "", error.text);
-    } else {
-        const shd_status status = shd_request_read(request, text, length, format);
-        cli_print_report(cli_name_of(scene), 0, shd_request_report(request));
-        if (status == SHD_OK) result = fit_request(request, photo, format, scene, options->object);
-    }
-    shd_request_drop(request);
-    shd_engine_drop(engine);
-    free(text);
-    return result;
+    return cli_on_picture(photo, scene, options, fit_request);
 }
