@@ -115,7 +115,8 @@ export function checkProblem(answer) {
 
 // Limits and budgets are the operator's and the plan's; the other rules are the reader's.
 const reasons = [...rules.map(([rule]) => new RegExp(rule)), /the limit `\w+`/,
-                 /^no tier stays within/, /^no bound in \w+ is known for this scene/];
+                 /^no tier stays within/, /^no bound in \w+ is known for this scene/,
+                 /^what \w+ loses is not known/];
 
 // The refusal of a scene that is valid by the schema names only what a schema cannot say.
 export function checkBeyondSchema(answer) {

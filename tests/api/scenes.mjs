@@ -61,6 +61,7 @@ async function hints(daemon) {
                              { minLength: 4, maxLength: 4 }),
             positions: triangle,
             normals: triangle,
+            uvs: fc.array(number, { minLength: 6, maxLength: 6 }),
             indices: fc.constantFrom([0, 1, 2], [2, 1, 0], [0, 1, 2, 1, 0, 2]),
             width: side,
             height: side,
@@ -100,10 +101,45 @@ function calmMaterials(value, materials) {
     return Object.fromEntries(Object.entries(calm).map(([key, item]) => [key, calmMaterials(item, materials)]));
 }
 
+const has = (value, test) => test(value) ||
+    (value !== null && typeof value === "object" && Object.values(value).some(item => has(item, test)));
+const member = (name, test = () => true) => value => value !== null && typeof value === "object" &&
+    Object.hasOwn(value, name) && test(value[name]);
+
+// Nor can it say what patterns may not be with, nor environments: most scenes have what goes together, and most
+// meshes by name have one that is there.
+function calmScene(scene) {
+    const calm = structuredClone(scene);
+    const objects = Array.isArray(calm.objects) ? calm.objects : [];
+    const shared = Object.keys(calm.meshes ?? {})[0];
+    for (const object of objects)
+        if (object.mesh !== undefined && shared !== undefined) object.mesh = shared;
+        else if (object.mesh !== undefined) { delete object.mesh; object.type = "sphere"; }
+    if (has(calm, member("pattern"))) {
+        delete calm.spectral;
+        delete calm.interpolation;
+        delete calm.trace;
+        for (const object of objects) {
+            delete object.interpolation;
+            if (["mesh", "teapot", "ball"].includes(object.type)) object.material = {};
+            if (object.material?.microgeometry) object.material = { diffuse: object.material.diffuse ?? 1 };
+        }
+    }
+    if (!Array.isArray(calm.lights)) return calm;
+    const others = has(calm, member("model", model => model !== "phong")) || has(calm, member("fresnel")) ||
+        has(calm, member("sigma")) || has(calm, member("microgeometry")) || has(calm, member("roughness")) ||
+        has(calm, member("preset")) || objects.some(object => typeof object.material === "string");
+    const around = calm.lights.filter(light => light.type === "environment");
+    if (around.length && others) calm.lights = calm.lights.filter(light => light.type !== "environment");
+    else if (around.length) delete calm.spectral;
+    around.forEach((light, i) => { if (i) delete light.visible; });
+    return calm;
+}
+
 export async function sceneArbitrary(daemon) {
     const known = await hints(daemon);
     const { materials } = JSON.parse((await daemon.ask({ method: "GET", path: "/v1/materials" })).body);
-    const calmed = scene => calmMaterials(scene, materials);
+    const calmed = scene => calmScene(calmMaterials(scene, materials));
     const calm = new Values(sized, known).of(sized);
     const wild = new Values(sized, { ...known, wild: true }).of(sized);
     return fc.oneof({ arbitrary: calm.map(calmed), weight: 3 }, { arbitrary: wild, weight: 1 });

@@ -8,8 +8,8 @@ import { Daemon } from "./daemon.mjs";
 import { holds } from "./packages.mjs";
 import { leadsSomewhere, mutantArbitrary, sceneArbitrary } from "./scenes.mjs";
 
-// A batch has its scene inside, which tests/e2e/batch_test.py holds against /v1/render.
-const submitting = operations.filter(operation => operation.method === "post" && operation.path !== "/v1/batch");
+// A batch and a fit have their scene inside, which tests/e2e holds against what they are.
+const submitting = operations.filter(operation => operation.method === "post" && !["/v1/batch", "/v1/fit"].includes(operation.path));
 // What has no one picture in color.
 const notCompared = /"pointer":"\/[ab]\/output(s|\/channel|\/scope|)"/;
 let daemon, scenes;
