@@ -20,7 +20,11 @@ void shd_read_map(shd_reader *r, const shd_node *node, void *out) {
 
 /* What linear Rec.709 becomes in the working space. */
 static void find_colors(shd_reader *r, const shd_node *node, shd_light *light) {
-    const shd_space_info *from = r->catalog->scene_linear, *to = r->scene->working_space;
+    const shd_space_info *from = r->catalog->rec709, *to = r->scene->working_space;
+    if (!from) {
+        shd_wrong(r, node, "the color configuration has no linear Rec.709, in which maps are");
+        return;
+    }
     for (int c = 0; c < 3; c++) {
         double rgb[3] = {c == 0, c == 1, c == 2};
         if (to != from) shd_convert_color(r, node, from, rgb);
