@@ -371,8 +371,8 @@ static void a_fold_hides_what_is_behind_it_from_its_edge(void **state) {
     static const char *const places[] = {
         ", \"transform\": {\"rotate\": [13, 27, 41], \"translate\": [0.1, 0.7, 0.3]}",
         ", \"transform\": {\"rotate\": [13, 27, 41], \"translate\": [300, -200, 5000]}",
-        ", \"transform\": {\"scale\": [1e-3, -2e-3, 1e-3], \"rotate\": [50, 27, 41], "
-        "\"translate\": [70, 90, -80]}"};
+        (", \"transform\": {\"scale\": [1e-3, -2e-3, 1e-3], \"rotate\": [50, 27, 41], "
+         "\"translate\": [70, 90, -80]}")};
     for (size_t k = 0; k < sizeof angles / sizeof *angles; k++)
         for (size_t p = 0; p < sizeof places / sizeof *places; p++)
             look_from_fold(*state, angles[k], places[p]);
