@@ -36,10 +36,14 @@ export class Schema {
         return schema.const !== undefined ? [schema.const] : schema.enum ?? [];
     }
 
+    #hasColors(schema) {
+        return schema.names.includes("CssColor") || (schema.oneOf ?? schema.anyOf ?? []).some(one => this.#hasColors(this.of(one)));
+    }
+
     kind(part) {
         const schema = this.of(part);
         const choices = (schema.oneOf ?? schema.anyOf ?? []).map(one => this.of(one));
-        if (choices.some(one => one.names.includes("CssColor") || one.names.includes("Color"))) return "color";
+        if (this.#hasColors(schema)) return "color";
         if (schema.enum && schema.enum.every(one => typeof one === "string")) return "choice";
         if (schema.const !== undefined) return "constant";
         if (schema.type === "number" || schema.type === "integer") return "number";
