@@ -193,9 +193,12 @@ static double light_factor(const shd_plan *plan, const shd_kernel_cost *costs, s
 
 /* What a sample's footprint on a chart costs, and the means of patterns over it. */
 static double patterns_of(const shd_plan_material *material) {
-    static const double FOOTPRINT = 120, MEAN = 150;
+    static const double FOOTPRINT = 120, MEAN = 150, PICTURE = 500;
     const shd_plan_textures *textures = material->textures;
-    return textures ? FOOTPRINT + MEAN * (double)textures->pattern_count : 0;
+    double sum = textures ? FOOTPRINT : 0;
+    for (size_t p = 0; textures && p < textures->pattern_count; p++)
+        sum += textures->patterns[p].picture ? PICTURE : MEAN;
+    return sum;
 }
 
 /* What the light costs of a ray that meets the object. */
