@@ -173,7 +173,7 @@ class AssetsTest(Test):
         self.assertEqual([answer.status for answer in answers], [200] * 4)
         self.assertEqual(len({answer.headers["ETag"] for answer in answers}), 4)
         told = json.loads(self.daemon.post("/v1/explain", scenes[0]).body)
-        told = told["materials"]["groups"][0]["patterns"][1]
+        told = told["materials"]["groups"][0]["patterns"][0]
         self.assertEqual([told[key] for key in ("coefficient", "texture", "width", "height", "levels")],
                          ["diffuse", name_of(wide), 64, 48, 7])
         self.problem(self.daemon.render(textured("brick.png")), 422, "scene", at)
