@@ -93,6 +93,7 @@ struct shd_sight {
     shd_lens lens;
     shd_item *items; /* as shd_scene.objects */
     size_t count;
+    bool has_built;        /* a tree */
     size_t seen_vertices;  /* of all views that are whole */
     uint32_t *order;       /* [count]: roughly nearer ones first */
     shd_outline *outlines; /* [count]: in that order */

@@ -22,6 +22,9 @@ typedef struct shd_sight shd_sight;
 shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd_arena *arena,
                          shd_sight **out, shd_error *error);
 
+/* Whether any tree was built: of meshes that are not kept, or of shapes in facets. */
+bool shd_sight_has_built(const shd_sight *sight);
+
 /* A rectangle of pixels of the whole picture. */
 typedef struct shd_tile {
     int x, y, w, h;
