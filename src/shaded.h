@@ -389,11 +389,12 @@ unsigned char *shd_request_take(shd_request *request, size_t index);
 
 /* Seconds by stage, summed over the threads that worked on it. They are processor time. In tiles
  * (visibility, shade, shadow, trace, and color if it goes straight to samples) they are wall time.
- * `shadow` is what finds how much of each light arrives: rays to lights, and proofs that none is
- * needed. `trace` is what follows from mirrors and glass: their rays, and the light on what these
- * meet, with its shadows. */
+ * `build` is what makes objects ready for rays, if trees over triangles are built for it; else it
+ * is 0, and visibility has that. `shadow` is what finds how much of each light arrives: rays to
+ * lights, and proofs that none is needed. `trace` is what follows from mirrors and glass: their
+ * rays, and the light on what these meet, with its shadows. */
 typedef struct shd_times {
-    double parse, plan, visibility, shade, shadow, trace, color, encode;
+    double parse, plan, build, visibility, shade, shadow, trace, color, encode;
 } shd_times;
 
 const shd_times *shd_request_times(const shd_request *request);

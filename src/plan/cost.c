@@ -151,6 +151,13 @@ static size_t triangles_of(const shd_object *object) {
     return shd_tessellation_triangles(object->shape, object->segments);
 }
 
+size_t shd_plan_built_triangles(const shd_scene *scene, size_t index) {
+    const shd_object *object = &scene->objects[index];
+    const shd_mesh *mesh = object->mesh;
+    if (mesh && (mesh->kept || (mesh->shared && mesh->first < index))) return 0;
+    return triangles_of(object);
+}
+
 /* Half of the triangles face the camera, side by side, and the other half is behind them. A block's
  * rays are tried in rows at those that reach into it. */
 static double mesh_ray(size_t triangles, const outline *o) {
@@ -242,7 +249,7 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
         const shd_traced_cost traced = shd_find_traced_cost(plan, &paths, i);
         cost.shadow += samples * o.area / all * traced.shadow;
         cost.trace += samples * o.area / all * traced.trace;
-        cost.meshes += (double)triangles_of(object) * TRIANGLE;
+        cost.meshes += (double)shd_plan_built_triangles(scene, i) * TRIANGLE;
     }
     /* Objects are taken to be side by side until the picture is full, and then before each other:
      * rays are cast at each, and the nearest one is lit. */

@@ -28,6 +28,10 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
 double shd_beyond_cost(const shd_plan *plan, const shd_plan_material *m,
                        const shd_plan_light *light, double vectors);
 
+/* Triangles of the tree that a picture builds for an object. 0: it needs none, or there is one: the
+ * mesh is kept, or an earlier object has it. */
+size_t shd_plan_built_triangles(const shd_scene *scene, size_t object);
+
 /* Sorts the tiers by what the plan costs in each, the cheapest first, and the more exact one first
  * if two cost the same. The order is the same for any region of a picture. */
 void shd_plan_rank_tiers(const shd_plan *plan, const shd_kernel_cost *costs,

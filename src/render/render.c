@@ -27,9 +27,11 @@ static shd_status render_film(shd_request *request, const shd_scene *scene,
     shd_sight *sight = NULL;
     status = shd_output_prepare(r, film, error);
     if (status == SHD_OK) status = shd_rendering_admit(r, film, !recall.light, error);
+    shd_stage_end(r, &r->times.visibility);
     if (status == SHD_OK && !recall.light)
         status = shd_sight_new(r->plan, r->cancelled, r->arena, &sight, error);
-    shd_stage_end(r, &r->times.visibility);
+    const bool built = sight && shd_sight_has_built(sight);
+    shd_stage_end(r, built ? &r->times.build : &r->times.visibility);
 
     /* What is seen, and how is it lit? */
     if (status == SHD_OK) status = shd_film_render(r, sight, &recall, options, film, error);

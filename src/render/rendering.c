@@ -3,6 +3,7 @@
 void shd_times_add(shd_times *sum, const shd_times *times) {
     sum->parse += times->parse;
     sum->plan += times->plan;
+    sum->build += times->build;
     sum->visibility += times->visibility;
     sum->shade += times->shade;
     sum->shadow += times->shadow;

@@ -66,6 +66,22 @@ void SHD_VARIANT(shd_find_ball)(const shd_item *it, const shd_batch *b, double *
     CALL_FOR(b, find_ball, it, b, t);
 }
 
+/* In some sectors. */
+SHD_INLINE void find_ball_in(const shd_item *it, const shd_batch *restrict b, unsigned sectors,
+                             double *restrict t, bool orthographic, bool far) {
+    const ball own = ball_of(it);
+    for (; sectors; sectors &= sectors - 1) {
+        const int first = 8 * __builtin_ctz(sectors);
+        for (int i = first; i < first + 8; i++)
+            t[i] = meet_lane(&own, b, i, orthographic, far).t * own.size;
+    }
+}
+
+void SHD_VARIANT(shd_find_ball_in)(const shd_item *it, const shd_batch *b, unsigned sectors,
+                                   double *t) {
+    CALL_FOR(b, find_ball_in, it, b, sectors, t);
+}
+
 SHD_INLINE void place_ball(const shd_item *it, const shd_batch *restrict b,
                            shd_surfaces *restrict out, bool orthographic, bool far) {
     const ball own = ball_of(it);
@@ -95,12 +111,12 @@ SHD_INLINE void show_ball(const shd_item *it, const shd_batch *restrict b, doubl
     }
 }
 
-/* The same in vectors of lanes: bit v of `vectors` is lanes 8 v to 8 v + 7. */
-SHD_INLINE void show_ball_in(const shd_item *it, const shd_batch *restrict b, unsigned vectors,
+/* The same in some sectors. */
+SHD_INLINE void show_ball_in(const shd_item *it, const shd_batch *restrict b, unsigned sectors,
                              shd_stage *restrict out, bool orthographic, bool far) {
     const ball own = ball_of(it);
-    for (; vectors; vectors &= vectors - 1) {
-        const int first = 8 * __builtin_ctz(vectors);
+    for (; sectors; sectors &= sectors - 1) {
+        const int first = 8 * __builtin_ctz(sectors);
         for (int i = first; i < first + 8; i++) {
             const ball_hit hit = meet_lane(&own, b, i, orthographic, far);
             shd_set_lane32(out->position32, i, shd_madd(own.center, hit.at, own.scale));
@@ -111,9 +127,9 @@ SHD_INLINE void show_ball_in(const shd_item *it, const shd_batch *restrict b, un
     }
 }
 
-void SHD_VARIANT(shd_show_ball_in)(const shd_item *it, const shd_batch *b, unsigned vectors,
+void SHD_VARIANT(shd_show_ball_in)(const shd_item *it, const shd_batch *b, unsigned sectors,
                                    shd_stage *out) {
-    CALL_FOR(b, show_ball_in, it, b, vectors, out);
+    CALL_FOR(b, show_ball_in, it, b, sectors, out);
 }
 
 void SHD_VARIANT(shd_show_ball)(const shd_item *it, const shd_batch *b, double *t, shd_stage *out) {

@@ -11,6 +11,9 @@
 
 enum { SHD_RAYS = 64 }; /* lanes of a batch; arrays of them are never shorter */
 
+/* Lanes 8 v to 8 v + 7 are sector v. Sectors are told as bits of a word. */
+enum { SHD_SECTORS = SHD_RAYS / 8 };
+
 /* A batch's arrays fill whole cache lines: the widest vectors are one. */
 #define SHD_ALIGNED      _Alignas(64)
 #define SHD_EACH_LANE(i) for (int i = 0; i < SHD_RAYS; i++)
@@ -78,12 +81,24 @@ bool SHD_VARIANT(shd_find_mesh)(const shd_lens *lens, const shd_item *it, const 
                                 double limit, shd_mesh_hits *out);
 void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_stage *hits,
                                  shd_surfaces *out);
+/* Where rays meet an item that is no mesh: t, and in `work` what its surface is made from. What is
+ * met of it, in the batch's surfaces; unless it is `made`, its `work` is made again. */
+void SHD_VARIANT(shd_find_shape)(const shd_item *it, const shd_batch *b, shd_work *work, double *t);
+void SHD_VARIANT(shd_place_shape)(const shd_item *it, shd_batch *b, shd_work *work, bool made);
+/* Fills t and object of `out`, and of meshes triangle, u and v, with the nearest of the targets.
+ * Returns which of the batch's works belongs to the object `*holder`. */
+int SHD_VARIANT(shd_find_nearest)(const shd_sight *sight, const shd_targets *targets, shd_batch *b,
+                                  shd_stage *out, int *holder);
+/* The depth from which on nothing is seen any more, nor equal to what is. */
+double SHD_VARIANT(shd_end_of)(const shd_batch *b, const shd_stage *hits);
 /* t of balls; their surfaces; both, with what tiers in f32 want. */
 void SHD_VARIANT(shd_find_ball)(const shd_item *it, const shd_batch *b, double *t);
 void SHD_VARIANT(shd_place_ball)(const shd_item *it, const shd_batch *b, shd_surfaces *out);
 void SHD_VARIANT(shd_show_ball)(const shd_item *it, const shd_batch *b, double *t, shd_stage *out);
-/* The same, but for t, in some vectors of 8 lanes, a bit each. */
-void SHD_VARIANT(shd_show_ball_in)(const shd_item *it, const shd_batch *b, unsigned vectors,
+/* In some sectors: t; the rest of the last one. */
+void SHD_VARIANT(shd_find_ball_in)(const shd_item *it, const shd_batch *b, unsigned sectors,
+                                   double *t);
+void SHD_VARIANT(shd_show_ball_in)(const shd_item *it, const shd_batch *b, unsigned sectors,
                                    shd_stage *out);
 /* Appends the hits of a stage, whose first lane is shot `first`. */
 void SHD_VARIANT(shd_append_hits)(const shd_stage *stage, size_t hits, size_t first, shd_hits *out);
@@ -103,6 +118,24 @@ SHD_INLINE void shd_set_lane32(float v[3][SHD_RAYS], int i, shd_vec3 to) {
     v[0][i] = (float)to.x;
     v[1][i] = (float)to.y;
     v[2][i] = (float)to.z;
+}
+
+/* Finds the extremes of pairs. */
+SHD_INLINE void shd_halve_extremes(const double *low, const double *high, int pairs,
+                                   double *restrict least, double *restrict most) {
+    for (int i = 0; i < pairs; i++) {
+        least[i] = shd_smaller(low[2 * i], low[2 * i + 1]);
+        most[i] = shd_larger(high[2 * i], high[2 * i + 1]);
+    }
+}
+
+/* Finds the extremes of sectors. */
+SHD_INLINE void shd_bound_sectors(const double *restrict at, double *restrict least,
+                                  double *restrict most) {
+    SHD_ALIGNED double low[2][SHD_RAYS / 2], high[2][SHD_RAYS / 2];
+    shd_halve_extremes(at, at, SHD_RAYS / 2, low[0], high[0]);
+    shd_halve_extremes(low[0], high[0], SHD_RAYS / 4, low[1], high[1]);
+    shd_halve_extremes(low[1], high[1], SHD_SECTORS, least, most);
 }
 
 /* Where lane i's ray is at t. */
@@ -129,3 +162,19 @@ static inline double shd_inverse_root(double x) {
     for (int step = 0; step < 3; step++) y = y * (1.5 - half * y * y);
     return y + y * (0.5 - half * y * y);
 }
+
+/* Returns how many lanes hit an object, and takes them from `left`. */
+static inline size_t shd_take_lanes(double *restrict left, double object) {
+    long long lanes = 0;
+    SHD_EACH_LANE(i) {
+        const bool same = left[i] == object;
+        lanes += same ? 1 : 0;
+        left[i] = same ? SHD_NOTHING : left[i];
+    }
+    return (size_t)lanes;
+}
+
+/* Takes an array's lanes that hit `object`. */
+#define SHD_TAKE(to, from, array)                                                                  \
+    SHD_EACH_LANE(i)                                                                               \
+    (to)->array[i] = (to)->object[i] == object ? (from)->array[i] : (to)->array[i]

@@ -53,7 +53,7 @@ static shd_shoot_function *const VARIANTS[SHD_ISA_COUNT] = SHD_VARIANTS(shd_shoo
 
 size_t shd_sight_shoot(const shd_sight *sight, const uint32_t *candidates, size_t candidate_count,
                        const shd_shots *shots, shd_hits *out) {
-    const shd_targets all = {candidates, candidate_count, INFINITY};
+    const shd_targets all = {candidates, candidate_count, INFINITY, false};
     const size_t before = out->count;
     assert(out->capacity - before >= shots->count);
     VARIANTS[sight->plan->isa](sight, &all, shots, 0, out);
@@ -66,11 +66,11 @@ size_t shd_sight_shoot_block(const shd_sight *sight, shd_survey *survey, size_t 
     const size_t before = out->count;
     assert(out->capacity - before >= shots->count);
     for (size_t first = 0; first < shots->count && !shd_is_cancelled(sight->cancelled);) {
-        shd_targets known = {survey->candidates + b->first, b->count, INFINITY};
+        shd_targets known = {survey->candidates + b->first, b->count, INFINITY, true};
         if (b->next < survey->candidate_count)
             known.beyond = sight->items[sight->order[survey->candidates[b->next]]].nearest;
         first = VARIANTS[sight->plan->isa](sight, &known, shots, first, out);
-        if (first < shots->count) shd_survey_complete(sight, survey, block);
+        if (first < shots->count) shd_survey_further(sight, survey, block);
     }
     return out->count - before;
 }

@@ -6,7 +6,6 @@
 #include <float.h>
 
 #include "sight/batch.h"
-#include "sight/tie.h"
 
 /* What is wanted of a stage. */
 typedef struct wants {
@@ -46,8 +45,8 @@ static void carry_rays(const shd_item *it, const shd_batch *restrict b, shd_work
     if (it->shape != SHD_PLANE) SHD_EACH_LANE(i) shd_approach(w, i);
 }
 
-/* Finds t of an item that is no mesh. `work` keeps what its surface is made from. */
-static void find_shape(const shd_item *it, const shd_batch *b, shd_work *work, double *restrict t) {
+void SHD_VARIANT(shd_find_shape)(const shd_item *it, const shd_batch *b, shd_work *work,
+                                 double *restrict t) {
     if (it->ball) {
         SHD_VARIANT(shd_find_ball)(it, b, t);
         return;
@@ -145,14 +144,13 @@ static void show_surfaces(const shd_item *it, const shd_batch *b, wants want, sh
     memcpy(out->normal, s->normal, sizeof out->normal);
 }
 
-/* Places what is met of an item that is no mesh. Unless it is `made`, its `work` is made again. */
-static void place_shape(const shd_item *it, shd_batch *b, shd_work *work, bool made) {
+void SHD_VARIANT(shd_place_shape)(const shd_item *it, shd_batch *b, shd_work *work, bool made) {
     SHD_ALIGNED double t[SHD_RAYS];
     if (it->ball) {
         SHD_VARIANT(shd_place_ball)(it, b, &b->surfaces);
         return;
     }
-    if (!made) find_shape(it, b, work, t);
+    if (!made) SHD_VARIANT(shd_find_shape)(it, b, work, t);
     SHD_VARIANT(shd_place_surfaces)(it->shape, it->tube, work, &b->surfaces);
 }
 
@@ -168,27 +166,22 @@ static void show_object(const shd_sight *sight, int object, shd_batch *b, shd_wo
     if (it->shape == SHD_MESH)
         SHD_VARIANT(shd_place_mesh)(it, object, hits, &b->surfaces);
     else
-        place_shape(it, b, work, made);
+        SHD_VARIANT(shd_place_shape)(it, b, work, made);
     show_surfaces(it, b, want, &b->surfaces, out);
 }
-
-/* Takes an array's lanes that hit `object`. */
-#define TAKE(to, from, array)                                                                      \
-    SHD_EACH_LANE(i)                                                                               \
-    (to)->array[i] = (to)->object[i] == object ? (from)->array[i] : (to)->array[i]
 
 static void take_hits(const shd_stage *restrict from, double object, wants want,
                       shd_stage *restrict to) {
     for (int c = 0; c < 3; c++) {
-        if (want.world) TAKE(to, from, world32[c]);
-        if (want.low) TAKE(to, from, low32[c]);
+        if (want.world) SHD_TAKE(to, from, world32[c]);
+        if (want.low) SHD_TAKE(to, from, low32[c]);
         if (want.fast) {
-            TAKE(to, from, position32[c]);
-            TAKE(to, from, normal32[c]);
-            TAKE(to, from, mirror32[c]);
+            SHD_TAKE(to, from, position32[c]);
+            SHD_TAKE(to, from, normal32[c]);
+            SHD_TAKE(to, from, mirror32[c]);
         } else {
-            TAKE(to, from, position[c]);
-            TAKE(to, from, normal[c]);
+            SHD_TAKE(to, from, position[c]);
+            SHD_TAKE(to, from, normal[c]);
         }
     }
 }
@@ -196,183 +189,6 @@ static void take_hits(const shd_stage *restrict from, double object, wants want,
 /* ---- A batch. ---- */
 
 static const size_t UNSETTLED = SIZE_MAX;
-
-/* For hits that differ by no more than this, relative, it is asked how far rounding moved them. */
-static const double CLOSE = 0x1p-24;
-
-/* Adds how far rounding may have moved t, in the lanes that hit `object`. */
-static void add_rounding(const shd_sight *sight, double object, shd_batch *b, const double *t,
-                         const double *whose, const uint32_t *triangle, double *margin) {
-    const shd_item *it = &sight->items[(int)object];
-    shd_work work;
-    if (it->shape != SHD_MESH) place_shape(it, b, &work, false);
-    for (int i = 0; i < SHD_RAYS; i++) {
-        if (whose[i] != object) continue;
-        shd_met met = {.ray = shd_lane(b->direction, i), .t = t[i]};
-        if (b->orthographic) met.start = shd_lane(b->start, i);
-        margin[i] += it->shape == SHD_MESH
-                         ? shd_triangle_rounding(it, &sight->lens, &met, triangle[i])
-                         : shd_shape_rounding(it, &sight->lens, &met, it->ball ? 0 : work.shift[i],
-                                              shd_lane(b->surfaces.point, i),
-                                              shd_lane(b->surfaces.normal, i));
-    }
-}
-
-/* Returns how many lanes hit an object, and takes them from `left`. */
-static size_t take_lanes(double *restrict left, double object) {
-    long long lanes = 0;
-    SHD_EACH_LANE(i) {
-        const bool same = left[i] == object;
-        lanes += same ? 1 : 0;
-        left[i] = same ? SHD_NOTHING : left[i];
-    }
-    return (size_t)lanes;
-}
-
-/* The lanes of a vector in which two hits are close. */
-SHD_INLINE shd_md close_in(const double *t, const shd_stage *best, int i) {
-    const shd_vd wider = shd_vd_set(1 + CLOSE), now = shd_vd_load(t + i),
-                 before = shd_vd_load(best->t + i);
-    const shd_md apart = shd_md_or(shd_vd_gt(now, before * wider), shd_vd_gt(before, now * wider));
-    return shd_md_and(shd_vd_gt(shd_vd_set(INFINITY), now), shd_md_not(apart));
-}
-
-/* Finds how far rounding may have moved two hits, in the lanes in which they are close; it is 0 in
- * the others. `triangle` is of `object`. False: in no lane they are, and nothing is set. */
-static bool find_margins(const shd_sight *sight, double object, shd_batch *b, const double *t,
-                         const uint32_t *triangle, const shd_stage *best, double *margin) {
-    SHD_ALIGNED double whose[SHD_RAYS], mine[SHD_RAYS];
-    const shd_vd nothing = shd_vd_set(SHD_NOTHING), name = shd_vd_set(object);
-    unsigned any = 0;
-    for (int i = 0; i < SHD_RAYS; i += SHD_W / 2) any |= shd_md_bits(close_in(t, best, i));
-    if (!any) return false;
-    for (int i = 0; i < SHD_RAYS; i += SHD_W / 2) {
-        const shd_md close = close_in(t, best, i);
-        shd_vd_store(mine + i, shd_vd_select(close, name, nothing));
-        shd_vd_store(whose + i, shd_vd_select(close, shd_vd_load(best->object + i), nothing));
-        shd_vd_store(margin + i, shd_vd_set(0));
-    }
-    add_rounding(sight, object, b, t, mine, triangle, margin);
-    for (int i = 0; i < SHD_RAYS; i++) {
-        const double other = whose[i];
-        if (other == SHD_NOTHING) continue;
-        add_rounding(sight, other, b, best->t, whose, best->triangle, margin);
-        take_lanes(whose, other);
-    }
-    return true;
-}
-
-/* Takes what is nearer where no lane's hits are close. Returns whether any was. */
-SHD_INLINE bool keep_plain(shd_vd mine, const double *restrict t, shd_stage *restrict best) {
-    unsigned any = 0;
-    for (int i = 0; i < SHD_RAYS; i += SHD_W / 2) {
-        const shd_vd now = shd_vd_load(t + i), before = shd_vd_load(best->t + i),
-                     whose = shd_vd_load(best->object + i);
-        const shd_md nearer = shd_vd_gt(before, now);
-        any |= shd_md_bits(nearer);
-        shd_vd_store(best->t + i, shd_vd_select(nearer, now, before));
-        shd_vd_store(best->object + i, shd_vd_select(nearer, mine, whose));
-    }
-    return any;
-}
-
-/* At equal distance, to within rounding, the object that comes first in the scene stays: or
- * surfaces that lie in each other would be seen in speckles. Returns whether any lane was nearer.
- */
-static bool keep_nearer(const shd_sight *sight, double object, shd_batch *b,
-                        const double *restrict t, const uint32_t *triangle,
-                        shd_stage *restrict best) {
-    SHD_ALIGNED double margin[SHD_RAYS];
-    const shd_vd mine = shd_vd_set(object);
-    unsigned any = 0;
-    if (!find_margins(sight, object, b, t, triangle, best, margin))
-        return keep_plain(mine, t, best);
-    for (int i = 0; i < SHD_RAYS; i += SHD_W / 2) {
-        const shd_vd now = shd_vd_load(t + i), before = shd_vd_load(best->t + i),
-                     whose = shd_vd_load(best->object + i), rounding = shd_vd_load(margin + i);
-        const shd_md farther = shd_vd_gt(now, before + rounding),
-                     nearer = shd_vd_gt(before, now + rounding),
-                     first = shd_md_and(shd_md_not(farther), shd_vd_gt(whose, mine)),
-                     kept = shd_md_or(nearer, first);
-        any |= shd_md_bits(kept);
-        shd_vd_store(best->t + i, shd_vd_select(kept, now, before));
-        shd_vd_store(best->object + i, shd_vd_select(kept, mine, whose));
-    }
-    return any;
-}
-
-/* The same if no lane has hit anything before. */
-static bool keep_first(double object, const double *restrict t, shd_stage *restrict best) {
-    const shd_vd mine = shd_vd_set(object), nothing = shd_vd_set(SHD_NOTHING),
-                 missed = shd_vd_set(INFINITY);
-    unsigned any = 0;
-    for (int i = 0; i < SHD_RAYS; i += SHD_W / 2) {
-        const shd_vd now = shd_vd_load(t + i);
-        const shd_md met = shd_vd_gt(missed, now);
-        any |= shd_md_bits(met);
-        shd_vd_store(best->t + i, shd_vd_select(met, now, missed));
-        shd_vd_store(best->object + i, shd_vd_select(met, mine, nothing));
-    }
-    return any;
-}
-
-/* The largest depth of any lane. They are positive, so that their bits are in their order. */
-static double farthest_hit(const double *restrict t, const double *restrict cosine) {
-    int64_t most = 0;
-    SHD_EACH_LANE(i) {
-        const int64_t bits = (int64_t)shd_bits64_of(t[i] * cosine[i]);
-        most = bits > most ? bits : most;
-    }
-    return shd_double_of((uint64_t)most);
-}
-
-/* What begins farther away is not seen, and equal to nothing that is. */
-static double end_of(const shd_batch *b, const shd_stage *s) {
-    return farthest_hit(s->t, b->cosine) * (1 + 2 * CLOSE);
-}
-
-/* Objects between looks at the flag that cancels. */
-enum { OBJECTS_AT_ONCE = 16 };
-
-/* Fills t and object of `out`. Returns which of the batch's works belongs to the object
- * `*holder`. */
-static int find_nearest(const shd_sight *sight, const uint32_t *candidates, size_t count,
-                        shd_batch *b, shd_stage *out, int *holder) {
-    SHD_ALIGNED double t[SHD_RAYS], limit = INFINITY;
-    shd_mesh_hits met;
-    int held = 0;
-    bool some = false; /* lane hit an object */
-    *holder = SHD_NOTHING;
-    SHD_VARIANT(shd_set_cosines)(sight, b);
-    SHD_EACH_LANE(i) {
-        out->t[i] = INFINITY;
-        out->object[i] = SHD_NOTHING;
-    }
-    for (size_t k = 0; k < count; k++) {
-        if (k % OBJECTS_AT_ONCE == OBJECTS_AT_ONCE - 1 && shd_is_cancelled(sight->cancelled)) break;
-        const shd_item *it = &sight->items[candidates[k]];
-        const double object = candidates[k];
-        if (it->nearest > limit) continue;
-        if (it->shape == SHD_MESH) {
-            if (!SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, limit, &met) ||
-                !(some ? keep_nearer(sight, object, b, met.t, met.triangle, out)
-                       : keep_first(object, met.t, out)))
-                continue;
-            TAKE(out, &met, u);
-            TAKE(out, &met, v);
-            TAKE(out, &met, triangle);
-        } else {
-            find_shape(it, b, &b->work[!held], t);
-            if (!(some ? keep_nearer(sight, object, b, t, NULL, out) : keep_first(object, t, out)))
-                continue;
-            held = !held;
-            *holder = (int)candidates[k];
-        }
-        some = true;
-        if (count > 4) limit = end_of(b, out);
-    }
-    return held;
-}
 
 /* Takes what is quick from vectors of 8 lanes. */
 static void take_quick(const shd_stage *restrict from, double object, unsigned vectors,
@@ -409,7 +225,7 @@ static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder
     for (int i = 0, shown = 0; shown < (int)hits; i++) {
         const double object = left[i];
         if (object == SHD_NOTHING) continue;
-        const size_t mine = take_lanes(left, object);
+        const size_t mine = shd_take_lanes(left, object);
         const bool made = (int)object == holder, alone = mine == hits;
         const shd_item *it = &sight->items[(int)object];
         shown += (int)mine;
@@ -443,8 +259,9 @@ static size_t cast_batch(const shd_sight *sight, const shd_targets *targets, con
         SHD_VARIANT(shd_show_ball)(one, &b, out->t, out);
         SHD_EACH_LANE(i) out->object[i] = out->t[i] < INFINITY ? object : SHD_NOTHING;
     } else {
-        held = find_nearest(sight, candidates, candidate_count, &b, out, &holder);
-        if (targets->beyond < INFINITY && !(end_of(&b, out) < targets->beyond)) return UNSETTLED;
+        held = SHD_VARIANT(shd_find_nearest)(sight, targets, &b, out, &holder);
+        if (targets->beyond < INFINITY && !(SHD_VARIANT(shd_end_of)(&b, out) < targets->beyond))
+            return UNSETTLED;
     }
     for (int i = used; i < SHD_RAYS; i++) out->t[i] = INFINITY, out->object[i] = SHD_NOTHING;
     long long lanes = 0;

@@ -31,18 +31,24 @@ static inline shd_vec3 shd_lens_view(const shd_lens *lens, shd_vec3 p) {
  * for itself whether an eye on the surface has that before or behind itself. */
 #define SHD_BLIND 1e-12
 
+/* A rectangle in pixels, with more room than rounding takes. */
+typedef struct shd_frame {
+    float left, right, top, bottom;
+} shd_frame;
+
 /* An object as rays meet it. What balls are met by comes first, for there may be many. */
 typedef struct shd_item {
     shd_shape shape; /* SHD_MESH for tessellated shapes too */
     bool front_only;
-    bool similar;   /* the map from the unit form turns, mirrors and moves, and scales all alike */
-    bool ball;      /* a similar sphere; its maps do not turn, for that shows nothing */
-    bool far;       /* the eye is so far away that a ball's rays have to be moved twice */
-    bool smooth;    /* the mesh's normals are interpolated at each sample */
-    double size;    /* that scale, if it is similar */
-    double nearest; /* no ray meets the object at a smaller depth, along the camera's axis */
-    double blind;   /* hits up to this t do not count; 0 for planes, which are met exactly */
-    shd_vec3 eye;   /* the camera's position in the unit form's frame */
+    bool similar;    /* the map from the unit form turns, mirrors and moves, and scales all alike */
+    bool ball;       /* a similar sphere; its maps do not turn, for that shows nothing */
+    bool far;        /* the eye is so far away that a ball's rays have to be moved twice */
+    bool smooth;     /* the mesh's normals are interpolated at each sample */
+    double size;     /* that scale, if it is similar */
+    double nearest;  /* no ray meets the object at a smaller depth, along the camera's axis */
+    shd_frame frame; /* no ray meets it that passes beside this */
+    double blind;    /* hits up to this t do not count; 0 for planes, which are met exactly */
+    shd_vec3 eye;    /* the camera's position in the unit form's frame */
     shd_affine to_frame; /* to the plan's frame */
     double tube;         /* the ratio of a torus's radii */
     /* Maps of the unit form. The origin of from_world is not used, because points are taken
@@ -87,6 +93,7 @@ struct shd_sight {
     shd_lens lens;
     shd_item *items; /* as shd_scene.objects */
     size_t count;
+    bool has_built;        /* a tree */
     size_t seen_vertices;  /* of all views that are whole */
     uint32_t *order;       /* [count]: roughly nearer ones first */
     shd_outline *outlines; /* [count]: in that order */
@@ -116,6 +123,7 @@ typedef struct shd_targets {
     const uint32_t *objects;
     size_t count;
     double beyond; /* infinity: there are none */
+    bool surveyed; /* these are all that their frames tell, and `nearest` ascends */
 } shd_targets;
 
 /* The variants of shd_sight_shoot: cast from shot `first` on. Returns the shot before which the

@@ -15,8 +15,8 @@
 #include "sight/tree.h"
 
 enum {
-    GROUP = 8, /* rays that are tried together */
-    GROUPS = SHD_RAYS / GROUP,
+    GROUPS = SHD_SECTORS, /* of rays that are tried together */
+    GROUP = SHD_RAYS / GROUPS,
     FRONT = 4, /* functions of a box, after those of the bundle's four sides */
     REACH,
     DEPTH,
@@ -44,36 +44,31 @@ typedef struct bundle {
     double left[GROUPS], right[GROUPS], bottom[GROUPS], top[GROUPS];
     SHD_ALIGNED double middle[2][GROUPS], half[2][GROUPS]; /* the same: p, q */
     area all;
-    double most[2]; /* the largest |p| and |q| */
-    double reach;   /* nothing farther is wanted */
-    double slack;   /* more than rounding changes depths by */
+    bool rows; /* groups are rows, in each of which p grows by `step` from ray to ray */
+    double step;
+    SHD_ALIGNED double first[GROUPS]; /* p of their first rays */
+    double most[2];                   /* the largest |p| and |q| */
+    double reach;                     /* nothing farther is wanted */
+    double slack;                     /* more than rounding changes depths by */
     /* Linear functions: how far a point is within each side of the bundle, and before the eye and
      * `reach`. A box is left out if one of them, but that of DEPTH, is negative all over it. */
     SHD_ALIGNED double x[SIDES], y[SIDES], z[SIDES], fixed[SIDES];
+    SHD_ALIGNED double along[3][SIDES]; /* their slopes along the axes of `turn` */
+    shd_vec3 seen[3];                   /* these axes from the camera */
+    uint16_t turn;                      /* of the tree's; 0: they are not set */
 } bundle;
 
 /* ---- The bundle. ---- */
 
-/* Finds the extremes of pairs. */
-SHD_INLINE void halve_extremes(const double *low, const double *high, int pairs,
-                               double *restrict least, double *restrict most) {
-    for (int i = 0; i < pairs; i++) {
-        least[i] = shd_smaller(low[2 * i], low[2 * i + 1]);
-        most[i] = shd_larger(high[2 * i], high[2 * i + 1]);
-    }
-}
-
 /* Finds a little more than the extremes of groups. */
 SHD_INLINE void bound_groups(const double *restrict at, double *restrict least,
                              double *restrict most) {
-    SHD_ALIGNED double low[2][SHD_RAYS / 2], high[2][SHD_RAYS / 2];
-    halve_extremes(at, at, SHD_RAYS / 2, low[0], high[0]);
-    halve_extremes(low[0], high[0], SHD_RAYS / 4, low[1], high[1]);
-    halve_extremes(low[1], high[1], GROUPS, low[0], high[0]);
+    SHD_ALIGNED double low[GROUPS], high[GROUPS];
+    shd_bound_sectors(at, low, high);
     for (int g = 0; g < GROUPS; g++) {
-        const double more = ROUNDING * (fabs(low[0][g]) + fabs(high[0][g]));
-        least[g] = low[0][g] - more;
-        most[g] = high[0][g] + more;
+        const double more = ROUNDING * (fabs(low[g]) + fabs(high[g]));
+        least[g] = low[g] - more;
+        most[g] = high[g] + more;
     }
 }
 
@@ -96,6 +91,26 @@ static void bound_bundle(bundle *k) {
         k->half[0][g] = 0.5 * (k->right[g] - k->left[g]);
         k->half[1][g] = 0.5 * (k->top[g] - k->bottom[g]);
     }
+}
+
+/* Finds out whether groups are rows. */
+static void find_rows(bundle *k) {
+    SHD_ALIGNED double place[GROUP];
+    shd_vd off = shd_vd_set(0), up = shd_vd_set(0);
+    k->step = (k->p[GROUP - 1] - k->p[0]) / (GROUP - 1);
+    for (int i = 0; i < GROUP; i++) place[i] = i * k->step;
+    for (int g = 0; g < GROUPS; g++) {
+        const shd_vd p = shd_vd_set(k->p[g * GROUP]), q = shd_vd_set(k->q[g * GROUP]);
+        for (int i = 0; i < GROUP; i += SHD_W / 2) {
+            const shd_vd aside = shd_vd_load(k->p + g * GROUP + i) - (p + shd_vd_load(place + i)),
+                         above = shd_vd_load(k->q + g * GROUP + i) - q;
+            off = shd_vd_max(shd_vd_max(aside, -aside), off);
+            up = shd_vd_max(shd_vd_max(above, -above), up);
+        }
+        k->first[g] = k->p[g * GROUP];
+    }
+    k->rows = !shd_md_any(shd_md_or(shd_vd_gt(off, shd_vd_set(ROUNDING * k->most[0])),
+                                    shd_vd_gt(up, shd_vd_set(ROUNDING * k->most[1]))));
 }
 
 static void set_function(bundle *k, int at, shd_vec3 n, double fixed) {
@@ -156,7 +171,9 @@ static void aim_bundle(const shd_lens *lens, const shd_item *it, const shd_batch
         k->name[i] = INFINITY;
         k->second[i] = k->third[i] = 0; /* copied with lanes that met nothing, used of none */
     }
+    k->turn = 0;
     bound_bundle(k);
+    find_rows(k);
     set_box_functions(view, k);
     set_reach(k, limit * unit);
 }
@@ -226,24 +243,32 @@ static inline unsigned groups_in(const bundle *k, area there) {
     return groups;
 }
 
-/* On which side of an edge rays pass: fixed + p across + q up, to within `error` of what try_rays
- * finds. */
+/* On which side of an edge rays pass: fixed + p across + q up. */
 typedef struct edge {
-    double fixed, across, up, error;
+    double fixed, across, up;
 } edge;
 
-SHD_INLINE edge edge_of(const bundle *k, const shd_seen_vertex *a, const shd_seen_vertex *b) {
-    const double p = k->most[0], q = k->most[1], ax = fabs(a->x) + p * fabs(a->w),
-                 ay = fabs(a->y) + q * fabs(a->w), bx = fabs(b->x) + p * fabs(b->w),
-                 by = fabs(b->y) + q * fabs(b->w);
-    return (edge){a->x * b->y - a->y * b->x, a->y * b->w - a->w * b->y, a->w * b->x - a->x * b->w,
-                  ROUNDING * (ax * by + ay * bx)};
+typedef struct edges {
+    edge of[3];
+    double error; /* more than what try_rays finds differs by */
+} edges;
+
+SHD_INLINE edge edge_of(const shd_seen_vertex *a, const shd_seen_vertex *b) {
+    return (edge){a->x * b->y - a->y * b->x, a->y * b->w - a->w * b->y, a->w * b->x - a->x * b->w};
+}
+
+SHD_INLINE edges edges_of(const bundle *k, const shd_seen_vertex *a, const shd_seen_vertex *b,
+                          const shd_seen_vertex *c) {
+    const double p = k->most[0], q = k->most[1],
+                 x = most_of_three(fabs(a->x) + p * fabs(a->w), fabs(b->x) + p * fabs(b->w),
+                                   fabs(c->x) + p * fabs(c->w)),
+                 y = most_of_three(fabs(a->y) + q * fabs(a->w), fabs(b->y) + q * fabs(b->w),
+                                   fabs(c->y) + q * fabs(c->w));
+    return (edges){{edge_of(b, c), edge_of(c, a), edge_of(a, b)}, 2 * ROUNDING * x * y};
 }
 
 /* The groups of which some ray may pass all edges on the same side. */
-static unsigned groups_within(const bundle *k, const shd_seen_vertex *a, const shd_seen_vertex *b,
-                              const shd_seen_vertex *c) {
-    const edge edges[3] = {edge_of(k, b, c), edge_of(k, c, a), edge_of(k, a, b)};
+static unsigned groups_within(const bundle *k, const edges *three) {
     const shd_vd zero = shd_vd_set(0);
     unsigned out = 0;
     for (int g = 0; g < GROUPS; g += SHD_W / 2) {
@@ -251,17 +276,76 @@ static unsigned groups_within(const bundle *k, const shd_seen_vertex *a, const s
                      wide = shd_vd_load(k->half[0] + g), high = shd_vd_load(k->half[1] + g);
         unsigned left = 0, right = 0;
         for (int e = 0; e < 3; e++) {
-            const edge *at = &edges[e];
+            const edge *at = &three->of[e];
             const shd_vd middle = shd_vd_set(at->fixed) + p * shd_vd_set(at->across) +
                                   q * shd_vd_set(at->up),
                          reach = wide * shd_vd_set(fabs(at->across)) +
-                                 high * shd_vd_set(fabs(at->up)) + shd_vd_set(at->error);
+                                 high * shd_vd_set(fabs(at->up)) + shd_vd_set(three->error);
             left |= shd_md_bits(shd_vd_gt(zero, middle + reach));
             right |= shd_md_bits(shd_vd_gt(middle - reach, zero));
         }
         out |= (left & right) << g;
     }
     return ~out;
+}
+
+/* Where rays of rows, counted from the first, may pass edges on one side. */
+typedef struct span {
+    shd_vd low, high;
+} span;
+
+/* The rows in which a ray may be in the span: the whole number nearest to its middle is. */
+SHD_INLINE unsigned rows_in(span s) {
+    /* Whatever is added rounds to whole numbers. */
+    const shd_vd whole = shd_vd_set(0x1.8p52), half = shd_vd_set(0.5), room = shd_vd_set(1e-9);
+    const shd_vd low = shd_vd_max(s.low, shd_vd_set(0)),
+                 high = shd_vd_min(s.high, shd_vd_set(GROUP - 1)), middle = half * (low + high),
+                 nearest = (middle + whole) - whole, reach = half * (high - low) + room;
+    return ~shd_md_bits(
+        shd_md_or(shd_vd_gt(nearest - middle, reach), shd_vd_gt(middle - nearest, reach)));
+}
+
+/* Moves the edge with the least slopes to the end. */
+static void put_shortest_last(edges *three) {
+    double size[3];
+    for (int e = 0; e < 3; e++) size[e] = fabs(three->of[e].across) + fabs(three->of[e].up);
+    const int least = size[0] < size[1] ? size[0] < size[2] ? 0 : 2 : size[1] < size[2] ? 1 : 2;
+    const edge last = three->of[least];
+    three->of[least] = three->of[2];
+    three->of[2] = last;
+}
+
+/* The same where groups are rows: what is thin passes between most of their rays. Along a row, each
+ * edge is passed on one side up to some ray, and on the other one from there on. The shortest edge
+ * is not asked. */
+static unsigned rows_within(const bundle *k, edges *three) {
+    const shd_vd none = shd_vd_set(1e9); /* beyond any ray */
+    const double error = 3 * three->error;
+    unsigned within = 0;
+    put_shortest_last(three);
+    for (int g = 0; g < GROUPS; g += SHD_W / 2) {
+        const shd_vd p = shd_vd_load(k->first + g), q = shd_vd_load(k->middle[1] + g);
+        span above = {-none, none}, below = {-none, none}; /* with positive values; with negative */
+        for (int e = 0; e < 2; e++) {
+            const edge *at = &three->of[e];
+            const double slope = at->across * k->step, inverse = 1 / slope;
+            const shd_vd value =
+                shd_vd_set(at->fixed) + p * shd_vd_set(at->across) + q * shd_vd_set(at->up);
+            if (!(fabs(inverse) < 1e300)) { /* the edge lies along rows */
+                above.low = shd_vd_select(shd_vd_gt(shd_vd_set(-error), value), none, above.low);
+                below.low = shd_vd_select(shd_vd_gt(value, shd_vd_set(error)), none, below.low);
+                continue;
+            }
+            const shd_vd at_zero = value * shd_vd_set(-inverse),
+                         reach = shd_vd_set(fabs(inverse) * error), from = at_zero - reach,
+                         until = at_zero + reach;
+            span *rising = slope > 0 ? &above : &below, *falling = slope > 0 ? &below : &above;
+            rising->low = shd_vd_max(from, rising->low);
+            falling->high = shd_vd_min(until, falling->high);
+        }
+        within |= ((rows_in(above) | rows_in(below)) & ((1u << SHD_W / 2) - 1)) << g;
+    }
+    return within;
 }
 
 SHD_INLINE bool try_corners(bundle *k, const shd_leaf *leaf, const shd_seen_vertex *a,
@@ -276,7 +360,10 @@ SHD_INLINE bool try_corners(bundle *k, const shd_leaf *leaf, const shd_seen_vert
             return false;
         groups = groups_in(k, there);
     }
-    if (groups & (groups - 1)) groups &= groups_within(k, a, b, c);
+    if (groups & (groups - 1)) {
+        edges three = edges_of(k, a, b, c);
+        groups &= k->rows ? rows_within(k, &three) : groups_within(k, &three);
+    }
     bool any = false;
     for (; groups; groups &= groups - 1) {
         const int at = __builtin_ctz(groups) * GROUP;
@@ -313,12 +400,11 @@ static shd_vec3 seen_along(const shd_mesh_view *view, shd_vec3 v) {
  * of rays that start at o. */
 static bool is_beside(const bundle *k, const shd_mesh_view *view, const shd_branch *b,
                       double depth) {
-    const shd_vec3 *axis = view->tree->turns[b->turn].axis;
-    shd_vec3 middle = shd_scale(view->eye, -1), half[3], seen[3];
+    const shd_vec3 *axis = view->tree->turns[b->turn].axis, *seen = k->seen;
+    shd_vec3 middle = shd_scale(view->eye, -1), half[3];
     double size = 0;
     for (int c = 0; c < 3; c++) {
         middle = shd_madd(middle, axis[c], 0.5 * (b->low[c] + b->high[c]));
-        seen[c] = seen_along(view, axis[c]);
         half[c] = shd_scale(seen[c], 0.5 * (b->high[c] - b->low[c]));
         size = shd_larger(size, shd_max_abs(view->rows[c]));
     }
@@ -337,21 +423,30 @@ static bool is_beside(const bundle *k, const shd_mesh_view *view, const shd_bran
     return fabs(n.x * p + n.y * q + n.z) > spread + reach / depth * (1 + 1e-9) + 3 * size * error;
 }
 
+/* Sets what is wanted of a turn. Children mostly have their parents'. */
+static void turn_functions(bundle *k, const shd_mesh_view *view, uint16_t turn) {
+    const shd_vec3 *axis = view->tree->turns[turn].axis;
+    for (int c = 0; c < 3; c++) {
+        for (int s = 0; s < SIDES; s += SHD_W / 2)
+            shd_vd_store(k->along[c] + s,
+                         slopes_along(axis[c], shd_vd_load(k->x + s), shd_vd_load(k->y + s),
+                                      shd_vd_load(k->z + s)));
+        k->seen[c] = seen_along(view, axis[c]);
+    }
+    k->turn = turn;
+}
+
 /* Whether any ray may meet the box, and from which depth on. What turning rounds is a small part of
  * the functions' margin. */
-SHD_INLINE bool may_meet(const bundle *k, const shd_mesh_view *view, const shd_branch *b,
-                         double *depth) {
+SHD_INLINE bool may_meet(bundle *k, const shd_mesh_view *view, const shd_branch *b, double *depth) {
     SHD_ALIGNED double most[SIDES];
     unsigned out = 0;
+    if (b->turn && b->turn != k->turn) turn_functions(k, view, b->turn);
+    const double *slope[3] = {k->x, k->y, k->z};
+    for (int c = 0; b->turn && c < 3; c++) slope[c] = k->along[c];
     for (int s = 0; s < SIDES; s += SHD_W / 2) {
-        shd_vd x = shd_vd_load(k->x + s), y = shd_vd_load(k->y + s), z = shd_vd_load(k->z + s);
-        if (b->turn) {
-            const shd_vec3 *axis = view->tree->turns[b->turn].axis;
-            const shd_vd one = slopes_along(axis[0], x, y, z), two = slopes_along(axis[1], x, y, z);
-            z = slopes_along(axis[2], x, y, z);
-            x = one;
-            y = two;
-        }
+        const shd_vd x = shd_vd_load(slope[0] + s), y = shd_vd_load(slope[1] + s),
+                     z = shd_vd_load(slope[2] + s);
         const shd_vd along_x = shd_vd_max(x * shd_vd_set(b->low[0]), x * shd_vd_set(b->high[0])),
                      along_y = shd_vd_max(y * shd_vd_set(b->low[1]), y * shd_vd_set(b->high[1])),
                      along_z = shd_vd_max(z * shd_vd_set(b->low[2]), z * shd_vd_set(b->high[2]));

@@ -177,6 +177,7 @@ static shd_status make_mesh(shd_sight *sight, size_t index, shd_arena *arena, sh
     } else {
         shd_status status = shd_mesh_tree_new(&it->triangles, cancelled, arena, &tree, error);
         if (status != SHD_OK) return status;
+        sight->has_built = true;
         if (it->smooth && !shd_triangle_units(&it->triangles, cancelled, arena, &it->units))
             return fail_object(error, SHD_MEMORY, index, FULL);
     }
@@ -240,6 +241,10 @@ static shd_status make_item(shd_sight *sight, size_t index, shd_arena *arena, sh
         it->blind = SHD_BLIND * fmax(axes[0], fmax(axes[1], axes[2])) *
                     (it->shape == SHD_TORUS ? 1 + it->tube : 1);
     return SHD_OK;
+}
+
+bool shd_sight_has_built(const shd_sight *sight) {
+    return sight->has_built;
 }
 
 shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd_arena *arena,

@@ -22,6 +22,9 @@ typedef struct shd_sight shd_sight;
 shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd_arena *arena,
                          shd_sight **out, shd_error *error);
 
+/* Whether any tree was built: of meshes that are not kept, or of shapes in facets. */
+bool shd_sight_has_built(const shd_sight *sight);
+
 /* A rectangle of pixels of the whole picture. */
 typedef struct shd_tile {
     int x, y, w, h;
@@ -39,10 +42,11 @@ typedef struct shd_block {
 } shd_block;
 
 typedef struct shd_survey {
-    int across, down;       /* blocks of the rectangle that was surveyed */
-    shd_tile rect;          /* that */
-    shd_block *blocks;      /* [down][across] */
-    uint32_t *candidates;   /* indices of objects, nearer ones roughly first; see below */
+    int across, down;           /* blocks of the rectangle that was surveyed */
+    shd_tile rect;              /* that */
+    shd_block *blocks;          /* [down][across] */
+    struct shd_window *windows; /* [down][across] */
+    uint32_t *candidates;       /* indices of objects, nearer ones roughly first; see below */
     size_t candidate_count; /* of the whole rectangle: the first ones of `candidates`, as places in
                              * the sight's order of objects, unless it is only one */
     bool even;              /* rays cost the same in any order, because there is only one ball */
@@ -59,8 +63,8 @@ void shd_survey_lay_out(size_t object_count, int w, int h, shd_scratch *memory, 
  * the nearest ones are listed at first, because they may hide the rest. */
 void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out);
 
-/* Lists all candidates of a block. */
-void shd_survey_complete(const shd_sight *sight, shd_survey *survey, size_t block);
+/* Lists further candidates of a block, the nearest of those that are not listed: some, or all. */
+void shd_survey_further(const shd_sight *sight, shd_survey *survey, size_t block);
 
 /* ---- Casting. ---- */
 

@@ -12,8 +12,9 @@
 
 #include "sight/item.h"
 
-/* As many candidates of a block are listed before any ray tells what is hidden. */
-enum { AT_FIRST = 16 };
+/* As many candidates of a block are listed before any ray tells what is hidden, and then so many
+ * times more. */
+enum { AT_FIRST = 16, FURTHER = 4 };
 
 /* The part of a pixel by which outlines are widened on all sides. */
 static const double WIDER = 1e-2;
@@ -261,6 +262,8 @@ bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
         const uint32_t object = sight->order[k] = places[k].object;
         sight->outlines[k] = seen[object].outline;
         set_frame(&sight->lens, &seen[object], &sight->frames, k);
+        sight->items[object].frame = (shd_frame){sight->frames.left[k], sight->frames.right[k],
+                                                 sight->frames.top[k], sight->frames.bottom[k]};
     }
     return fill_bands(sight, arena);
 }
@@ -268,7 +271,7 @@ bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
 /* ---- Rectangles of pixels. ---- */
 
 /* A rectangle of pixels. */
-typedef struct window {
+typedef struct shd_window {
     float left, right, top, bottom; /* pixels */
     double p, q, across, down;      /* the middle, and half of the sides, on the image plane */
     double h, k;                    /* half of the diagonal there, and sqrt(c.c - h h) */
@@ -340,6 +343,7 @@ void shd_survey_lay_out(size_t object_count, int w, int h, shd_scratch *memory, 
            down = ((size_t)h + SHD_BLOCK_SIDE - 1) / SHD_BLOCK_SIDE;
     *out = (shd_survey){.capacity = across * down};
     out->blocks = shd_scratch_take(memory, out->capacity, sizeof *out->blocks);
+    out->windows = shd_scratch_take(memory, out->capacity, sizeof *out->windows);
     out->candidates =
         shd_scratch_take(memory, (out->capacity + 1) * object_count, sizeof *out->candidates);
 }
@@ -383,26 +387,53 @@ static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ra
     return count;
 }
 
-/* Lists candidates of a block until there are as many as `most`. */
-static void list_block(const shd_sight *sight, shd_survey *s, size_t index, uint32_t most) {
-    const shd_tile rect = s->rect;
+/* Whether an object may be seen through a window. */
+static bool may_see_rank(const shd_sight *sight, uint32_t rank, const window *w) {
+    const shd_item *it = &sight->items[sight->order[rank]];
+    return reaches_into(&sight->frames, rank, w) && may_see(&sight->outlines[rank], w) &&
+           (it->shape != SHD_TORUS || may_meet_tube(sight, it, w));
+}
+
+void shd_survey_further(const shd_sight *sight, shd_survey *s, size_t index) {
     shd_block *block = &s->blocks[index];
-    const int x = (int)(index % (size_t)s->across) * SHD_BLOCK_SIDE,
-              y = (int)(index / (size_t)s->across) * SHD_BLOCK_SIDE,
-              w = rect.w - x < SHD_BLOCK_SIDE ? rect.w - x : SHD_BLOCK_SIDE,
-              h = rect.h - y < SHD_BLOCK_SIDE ? rect.h - y : SHD_BLOCK_SIDE;
-    const window part = make_window(&sight->lens, rect.x + x, rect.y + y, w, h);
+    const uint32_t most = FURTHER * block->count;
     for (; block->next < s->candidate_count && block->count < most; block->next++) {
-        const uint32_t rank = s->candidates[block->next], object = sight->order[rank];
-        const shd_item *it = &sight->items[object];
-        if (reaches_into(&sight->frames, rank, &part) && may_see(&sight->outlines[rank], &part) &&
-            (it->shape != SHD_TORUS || may_meet_tube(sight, it, &part)))
-            s->candidates[block->first + block->count++] = object;
+        const uint32_t rank = s->candidates[block->next];
+        if (may_see_rank(sight, rank, &s->windows[index]))
+            s->candidates[block->first + block->count++] = sight->order[rank];
     }
 }
 
-void shd_survey_complete(const shd_sight *sight, shd_survey *survey, size_t block) {
-    list_block(sight, survey, block, UINT32_MAX);
+/* The blocks in a row of `count` that [low, high] reaches into, first and last, if the row begins
+ * at `from`. The edge between two is in both; not-a-number is in all. */
+static void blocks_reached(float low, float high, int from, int count, int reached[2]) {
+    const float first = (low - (float)from) / SHD_BLOCK_SIDE,
+                last = (high - (float)from) / SHD_BLOCK_SIDE, most = (float)count;
+    reached[0] = !(first > 1) ? 0 : first < most ? (int)ceilf(first) - 1 : count - 1;
+    reached[1] = !(last < most) ? count - 1 : last >= 0 ? (int)last : -1;
+}
+
+/* Lists candidates of all blocks, AT_FIRST of each. */
+static void list_first(const shd_sight *sight, shd_survey *s) {
+    const size_t blocks = (size_t)s->across * (size_t)s->down;
+    size_t waiting = blocks;
+    for (size_t k = 0; k < s->candidate_count && waiting; k++) {
+        const uint32_t rank = s->candidates[k];
+        int x[2], y[2];
+        blocks_reached(sight->frames.left[rank], sight->frames.right[rank], s->rect.x, s->across,
+                       x);
+        blocks_reached(sight->frames.top[rank], sight->frames.bottom[rank], s->rect.y, s->down, y);
+        for (int row = y[0]; row <= y[1]; row++)
+            for (int i = row * s->across + x[0]; i <= row * s->across + x[1]; i++) {
+                shd_block *block = &s->blocks[i];
+                if (block->count == AT_FIRST || !may_see_rank(sight, rank, &s->windows[i]))
+                    continue;
+                s->candidates[block->first + block->count++] = sight->order[rank];
+                if (block->count < AT_FIRST) continue;
+                block->next = (uint32_t)k + 1;
+                waiting--;
+            }
+    }
 }
 
 void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
@@ -416,9 +447,14 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
     out->rect = rect;
     out->even = false;
     for (size_t i = 0; i < blocks; i++) {
-        out->blocks[i] = (shd_block){(uint32_t)(count * (i + 1)), 0, 0};
-        if (count) list_block(sight, out, i, AT_FIRST);
+        const int x = (int)(i % (size_t)out->across) * SHD_BLOCK_SIDE,
+                  y = (int)(i / (size_t)out->across) * SHD_BLOCK_SIDE,
+                  w = rect.w - x < SHD_BLOCK_SIDE ? rect.w - x : SHD_BLOCK_SIDE,
+                  h = rect.h - y < SHD_BLOCK_SIDE ? rect.h - y : SHD_BLOCK_SIDE;
+        out->blocks[i] = (shd_block){(uint32_t)(count * (i + 1)), 0, (uint32_t)count};
+        if (count) out->windows[i] = make_window(&sight->lens, rect.x + x, rect.y + y, w, h);
     }
+    list_first(sight, out);
     if (count != 1) return;
     out->candidates[0] = sight->order[out->candidates[0]];
     out->even = sight->items[out->candidates[0]].ball;

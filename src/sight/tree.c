@@ -415,6 +415,12 @@ static bool allow_turns(planter *w, shd_arena *arena) {
     return w->tree->turns;
 }
 
+size_t shd_mesh_tree_bytes(size_t triangles) {
+    return shd_arena_size(1, sizeof(shd_mesh_tree)) + shd_arena_size(triangles, sizeof(part)) +
+           shd_arena_size(triangles + 1, sizeof(shd_branch)) +
+           shd_arena_size(triangles, sizeof(shd_leaf));
+}
+
 shd_status shd_mesh_tree_new(const shd_triangles *triangles, const atomic_bool *cancelled,
                              shd_arena *arena, const shd_mesh_tree **out, shd_error *error) {
     const size_t count = triangles->triangle_count;

@@ -50,6 +50,10 @@ struct shd_mesh_tree {
     uint32_t turn_count;
 };
 
+/* Bytes of an arena that a tree over so many triangles takes, with what building it takes, but for
+ * turns. */
+size_t shd_mesh_tree_bytes(size_t triangles);
+
 /* Triangles without an area are not met. If several have their corners at the same places, the
  * first is kept, and if there are many, it alone. SHD_MEMORY or SHD_CANCELLED. */
 shd_status shd_mesh_tree_new(const shd_triangles *triangles, const atomic_bool *cancelled,

@@ -129,6 +129,7 @@ static void render(const json_t *job, const char *text, json_t *samples) {
     const shd_times *times = shd_request_times(request);
     add_sample(samples, "parse", times->parse);
     add_sample(samples, "plan", times->plan);
+    add_sample(samples, "build", times->build);
     add_sample(samples, "visibility", times->visibility);
     add_sample(samples, "shade", times->shade);
     add_sample(samples, "shadow", times->shadow);

@@ -154,6 +154,23 @@ class Http(unittest.TestCase):
                 about = re.search(rf"Tier {tier['tier']} would take about (\S+) ms", said)
                 self.assertAlmostEqual(float(about[1]) / tier["milliseconds"]["total"], 1, 1)
 
+    def test_trees_are_told(self):
+        self.assertNotIn("trees", self.explain(SCENE))
+        triangle = {"positions": [0, 0, 0, 1, 0, 0, 0, 1, 0]}
+        twice = [{"type": "mesh", "mesh": "one"}, {"type": "mesh", "mesh": "one", "transform": {"translate": [1, 0, 0]}}]
+        told = self.explain({"meshes": {"one": triangle}, "objects": [
+            *twice, {"type": "mesh", **triangle}, {"type": "sphere", "interpolation": "flat", "segments": 16}]})
+        trees = told["trees"]
+        faces = trees["triangles"] - 2
+        self.assertEqual((trees["built"], trees["reused"], trees["nodes"]), (3, 1, faces + 1))
+        self.assertGreater(faces, 100)
+        self.assertGreater(trees["bytes"], 64 * trees["triangles"])
+        cost = told["milliseconds"]
+        self.assertAlmostEqual(cost["build"] / 350e-6, trees["triangles"], 6)
+        parts = [value for name, value in cost.items() if name != "total"]
+        self.assertAlmostEqual(sum(parts), cost["total"], 6)
+        self.assertIn(f"for trees over {trees['triangles']} triangles", " ".join(told["words"]))
+
     def test_estimates_know_what_is_seen(self):
         def visibility(**thing):
             told = self.explain({"objects": [thing], "image": {"samples": 16}})

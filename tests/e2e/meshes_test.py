@@ -100,6 +100,18 @@ class MeshesTest(Test):
                 self.assertEqual(answers[0].get("objects"), answers[1].get("objects"))
                 self.assertEqual(answers[0].get("bound"), answers[1].get("bound"))
 
+    def test_trees_are_built_once_for_all_requests(self):
+        body = plain(ball(10))
+        self.put(self.daemon, body)
+        given = {"type": "mesh", **ball(10)}
+        for more in ({}, {"lights": [{"type": "point"}]}, {"camera": {"fov": 31}}):
+            kept, inlined = named(digest_of(body), **more), {**SMALL, "objects": [given], **more}
+            self.assertNotIn("build;", self.daemon.render(kept).headers["Server-Timing"])
+            self.assertRegex(self.daemon.render(inlined).headers["Server-Timing"], "plan;dur=[0-9.]+, build;dur=[0-9.]+, visibility")
+            trees = [json.loads(self.daemon.post("/v1/explain", scene).body)["trees"] for scene in (kept, inlined)]
+            self.assertEqual(trees[0], {"built": 0, "reused": 1, "triangles": 0, "nodes": 0, "bytes": 0})
+            self.assertEqual([trees[1][name] for name in ("built", "reused", "triangles")], [1, 0, 200])
+
     def test_all_that_is_missing_is_named_at_once(self):
         self.put(self.daemon, BODY)
         unknown = [digest_of(bytes([i])) for i in range(3)]

@@ -6,6 +6,7 @@
 #include "base/json_memory.h"
 #include "bound/light/brightest.h"
 #include "bound/light/extended.h"
+#include "plan/cost.h"
 #include "plan/textures.h"
 #include "render/planning.h"
 #include "render/request.h"
@@ -14,6 +15,7 @@
 #include "render/tell/lamps.h"
 #include "render/tell/words.h"
 #include "shade/westin.h"
+#include "sight/tree.h"
 
 /* The bounds with what they count and, if one is not known, why. */
 static json_t *tell_bounds(const shd_explained *e) {
@@ -174,6 +176,14 @@ static json_t *tell_materials(const shd_plan *plan) {
     return json_pack("{sI so}", "given", (json_int_t)scene->material_count, "groups", list);
 }
 
+/* NULL: there are none. */
+static json_t *tell_trees(const shd_trees *trees) {
+    if (!trees->built && !trees->reused) return NULL;
+    return json_pack("{sI sI sI sI sI}", "built", (json_int_t)trees->built, "reused",
+                     (json_int_t)trees->reused, "triangles", (json_int_t)trees->triangles, "nodes",
+                     (json_int_t)trees->nodes, "bytes", (json_int_t)trees->bytes);
+}
+
 /* ---- What is traced. ---- */
 
 static json_t *tell_unbounded(const shd_explained *e) {
@@ -220,6 +230,7 @@ static json_t *tell_cost(const shd_cost *cost) {
     json_t *told =
         json_pack("{sf sf sf sf sf}", "visibility", cost->visibility, "shade", cost->shade, "color",
                   cost->color, "encode", cost->encode, "total", cost->total);
+    if (cost->build > 0) json_object_set_new(told, "build", json_real(cost->build));
     if (cost->shadow > 0) json_object_set_new(told, "shadow", json_real(cost->shadow));
     if (cost->trace > 0) json_object_set_new(told, "trace", json_real(cost->trace));
     return told;
@@ -244,7 +255,7 @@ static json_t *tell_all(const shd_explained *e, json_t *words) {
     const shd_plan *plan = e->plan;
     const int samples = plan->scene->raster.samples;
     return json_pack(
-        "{so ss ss ss so so so so so si si sb so s{si ss} so so so so so*}", "asked",
+        "{so ss ss ss so so so so so si si sb so s{si ss} so so so so so* so*}", "asked",
         tell_accuracy(&plan->scene->accuracy), "tier", shd_tier_names[plan->tier], "kernel",
         shd_isa_name(plan->isa), "plan", plan->summary, "bound", tell_bounds(e), "milliseconds",
         tell_cost(&e->cost), "terms", tell_terms(plan), "lights", tell_lights(plan), "materials",
@@ -254,7 +265,7 @@ static json_t *tell_all(const shd_explained *e, json_t *words) {
         json_pack("{sf s{sf sf}}", "lights", plan->dropped, "tileLights", "absolute",
                   plan->drop_tolerance, "relative", plan->drop_relative),
         "outputs", tell_outputs(e), "tiers", tell_tiers(e), "words", words, "trace",
-        shd_is_traced(plan->scene) ? tell_traced(e) : NULL);
+        shd_is_traced(plan->scene) ? tell_traced(e) : NULL, "trees", tell_trees(&e->trees));
 }
 
 /* ---- What it costs. ---- */
@@ -278,7 +289,8 @@ static shd_cost cost_of(const shd_plan *plan, const bool *codes) {
     const shd_scene *scene = plan->scene;
     const double pixels = (double)scene->raster.w * scene->raster.h, million = 1e6;
     const shd_ray_cost rays = shd_plan_ray_cost(plan, plan->tier, shd_plan_kernel_costs(plan));
-    shd_cost cost = {.visibility = (pixels * rays.rays + rays.meshes) / million,
+    shd_cost cost = {.build = rays.meshes / million,
+                     .visibility = pixels * rays.rays / million,
                      .shade = pixels * rays.light / million,
                      .shadow = pixels * rays.shadow / million,
                      .trace = pixels * rays.trace / million};
@@ -293,7 +305,8 @@ static shd_cost cost_of(const shd_plan *plan, const bool *codes) {
         cost.color += pixels * pictures * color / million;
         cost.encode += values * encoder_of(output) * deep / million;
     }
-    cost.total = cost.visibility + cost.shade + cost.shadow + cost.trace + cost.color + cost.encode;
+    cost.total = cost.build + cost.visibility + cost.shade + cost.shadow + cost.trace + cost.color +
+                 cost.encode;
     return cost;
 }
 
@@ -320,6 +333,25 @@ static void find_estimates(shd_explained *e, shd_arena *arena) {
     e->paths = shd_find_paths(e->plan);
     e->cut = e->paths.cut > 0 ? e->paths.cut * shd_brightest(e->plan) : 0;
     e->estimate = shd_linear_estimate(e->plan, find_noise(e->plan, arena));
+}
+
+static shd_trees count_trees(const shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    shd_trees trees = {0};
+    for (size_t i = 0; i < scene->object_count; i++) {
+        if (shd_is_cancelled_at(plan->cancelled, i)) break;
+        const shd_object *object = &scene->objects[i];
+        const size_t triangles = shd_plan_built_triangles(scene, i);
+        if (triangles) {
+            trees.built++;
+            trees.triangles += triangles;
+            trees.nodes += triangles > 1 ? triangles - 1 : 1;
+            trees.bytes += shd_mesh_tree_bytes(triangles);
+        } else if (object->mesh) {
+            trees.reused++;
+        }
+    }
+    return trees;
 }
 
 /* Whether anything may be between the object and the light. */
@@ -364,6 +396,7 @@ static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_exp
         codes[i] = shd_route_of(scene, &scene->outputs[i], channels_keep_apart(&e->shown[i])).codes;
     e->cost = cost_of(e->plan, codes);
     find_estimates(e, r->arena);
+    e->trees = count_trees(e->plan);
     if (scene->trace.shadows &&
         !(shd_find_occlusion(e->plan, r->arena, &e->occlusion) && find_unbounded(e, r->arena)))
         return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small");

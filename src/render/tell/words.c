@@ -99,12 +99,15 @@ static void say_bounds(json_t *words, const shd_explained *e) {
              "Single samples that lie on the edge of a cone or of a highlight are not counted.");
 }
 
-static void say_cost(json_t *words, const shd_cost *c) {
+static void say_cost(json_t *words, const shd_cost *c, const shd_trees *trees) {
     say_line(
         words,
         "Cost: about %.2g ms of one core, which is an estimate: %.2g to see, %.2g to shade, %.2g "
         "for colors, %.2g to encode.",
         c->total, c->visibility, c->shade, c->color, c->encode);
+    if (c->build > 0)
+        say_line(words, "%.2g ms of it are for trees over %zu triangles, which take %.2g MB.",
+                 c->build, trees->triangles, 1e-6 * (double)trees->bytes);
     if (c->shadow + c->trace > 0)
         say_line(words,
                  "%.2g ms of it are for shadows, and %.2g for rays that go on from surfaces.",
@@ -299,7 +302,7 @@ json_t *shd_explain_words(const shd_explained *e) {
     json_t *words = json_array();
     say_tier(words, e);
     say_bounds(words, e);
-    say_cost(words, &e->cost);
+    say_cost(words, &e->cost, &e->trees);
     say_lights(words, e->plan);
     say_lamps(words, e->plan);
     say_spectrum(words, e->plan);

@@ -9,8 +9,14 @@
 
 /* What a plan costs, roughly, in milliseconds of one core. */
 typedef struct shd_cost {
-    double visibility, shade, shadow, trace, color, encode, total;
+    double build, visibility, shade, shadow, trace, color, encode, total;
 } shd_cost;
+
+/* Trees over triangles: those that a picture builds, and objects for which there is one. */
+typedef struct shd_trees {
+    size_t built, reused;
+    size_t triangles, nodes, bytes; /* of those that are built; nodes: at most */
+} shd_trees;
 
 typedef struct shd_explained {
     const shd_plan *plan;
@@ -25,6 +31,7 @@ typedef struct shd_explained {
     double estimate; /* shd_linear_estimate's */
     shd_bound bounds[SHD_EXACT + 1]; /* of each tier, as if it had been asked for */
     shd_cost costs[SHD_EXACT + 1];
+    shd_trees trees;
 } shd_explained;
 
 enum { SHD_UNBOUNDED_TOLD = 100 };

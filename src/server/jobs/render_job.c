@@ -109,9 +109,11 @@ static void add_validators(const shd_settings *settings, const char *tag, shd_re
     shd_reply_plain(reply, "Vary", "Accept");
 }
 
-/* Most pictures trace no rays and have no shadows, and say nothing of them. */
+/* Most pictures build no trees, trace no rays and have no shadows, and say nothing of them. */
 static bool is_run(size_t stage, const double seconds[SHD_STAGE_COUNT]) {
-    return (stage != SHD_STAGE_SHADOW && stage != SHD_STAGE_TRACE) || seconds[stage] > 0;
+    const bool is_rare =
+        stage == SHD_STAGE_BUILD || stage == SHD_STAGE_SHADOW || stage == SHD_STAGE_TRACE;
+    return !is_rare || seconds[stage] > 0;
 }
 
 static void print_timing(char *out, size_t size, const double seconds[SHD_STAGE_COUNT],
@@ -152,10 +154,11 @@ static void add_making(shd_job *job) {
     shd_metrics *metrics = &job->server->metrics;
     const shd_times *times = shd_request_times(job->request);
     const double seconds[SHD_STAGE_COUNT] = {
-        [SHD_STAGE_PARSE] = times->parse,           [SHD_STAGE_PLAN] = times->plan,
-        [SHD_STAGE_VISIBILITY] = times->visibility, [SHD_STAGE_SHADE] = times->shade,
-        [SHD_STAGE_SHADOW] = times->shadow,         [SHD_STAGE_TRACE] = times->trace,
-        [SHD_STAGE_COLOR] = times->color,           [SHD_STAGE_ENCODE] = times->encode};
+        [SHD_STAGE_PARSE] = times->parse,  [SHD_STAGE_PLAN] = times->plan,
+        [SHD_STAGE_BUILD] = times->build,  [SHD_STAGE_VISIBILITY] = times->visibility,
+        [SHD_STAGE_SHADE] = times->shade,  [SHD_STAGE_SHADOW] = times->shadow,
+        [SHD_STAGE_TRACE] = times->trace,  [SHD_STAGE_COLOR] = times->color,
+        [SHD_STAGE_ENCODE] = times->encode};
     for (size_t i = SHD_STAGE_QUEUE + 1; i < SHD_STAGE_COUNT; i++)
         if (is_run(i, seconds)) shd_metrics_stage(metrics, (shd_stage)i, seconds[i]);
     static const char *const reused[] = {[SHD_REUSED_NOTHING] = "nothing",

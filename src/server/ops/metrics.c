@@ -7,7 +7,7 @@
 #include "process.h"
 
 const char *const shd_stage_names[SHD_STAGE_COUNT] = {
-    "queue", "parse", "plan", "visibility", "shade", "shadow", "trace", "color", "encode"};
+    "queue", "parse", "plan", "build", "visibility", "shade", "shadow", "trace", "color", "encode"};
 static const char *const phase_names[SHD_PHASES] = {"rest", "head", "body", "work", "answer"};
 static const char *const filed_names[SHD_FILED_COUNT] = {
     "written", "known", "read", "missing", "damaged", "unreadable", "unwritable"};

@@ -16,6 +16,7 @@ typedef enum shd_stage {
     SHD_STAGE_QUEUE, /* waiting for a thread; the others are as in shd_times */
     SHD_STAGE_PARSE,
     SHD_STAGE_PLAN,
+    SHD_STAGE_BUILD,
     SHD_STAGE_VISIBILITY,
     SHD_STAGE_SHADE,
     SHD_STAGE_SHADOW,
