@@ -40,5 +40,8 @@ typedef struct shd_picture_wish {
 shd_status shd_request_texels(shd_request *request, const shd_picture_wish *wish,
                               const shd_texels **out, shd_error *error);
 
+/* Lets go of the picture that the request has taken last. */
+void shd_request_forget_texels(shd_request *request);
+
 /* Bytes that the request's pictures take, as its limit `memory` counts them. */
 uint64_t shd_request_texel_bytes(const shd_request *request);

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "plan/cost.h"
+#include "render/maps.h"
 #include "render/pair.h"
 #include "render/pictures.h"
 #include "render/request.h"
@@ -53,6 +54,7 @@ void shd_request_drop(shd_request *request) {
     for (const shd_held_mesh *m = request->held; m; m = m->next) shd_stored_drop(m->stored);
     for (int i = 0; request->pair && i < 2; i++) shd_request_drop(request->pair->sides[i]);
     shd_request_drop_pictures(request);
+    shd_request_drop_maps(request);
     shd_held_tables_drop(request->tables);
     shd_arena_drop(request->rendering.arena);
     shd_color_lease_drop(request->lease);
@@ -152,7 +154,8 @@ static shd_status check_memory(shd_request *request) {
     uint64_t needed = shd_arena_used(request->rendering.arena);
     for (const shd_held_mesh *m = request->held; m; m = m->next)
         needed += shd_stored_size(m->stored);
-    needed += shd_request_texel_bytes(request) + shd_glow_needs_of(request->scene).bytes;
+    needed += shd_request_texel_bytes(request) + shd_request_map_bytes(request);
+    needed += shd_glow_needs_of(request->scene).bytes;
     if (__builtin_add_overflow(shd_estimate_memory(request->scene), needed, &needed))
         needed = UINT64_MAX;
     if (needed <= limit) return SHD_OK;
@@ -233,12 +236,11 @@ shd_status shd_rendering_admit(shd_rendering *r, const shd_film *film, bool ligh
 shd_status shd_request_read(shd_request *request, const char *json, size_t length,
                             shd_format fallback) {
     const shd_engine *engine = request->rendering.engine;
-    const shd_mesh_shelf shelf = shd_mesh_shelf_of(request);
-    const bool keeps = shd_store_load_of(engine->store).cap > 0;
+    const shd_shelf shelf = shd_shelf_of(request);
     shd_stage_begin(&request->rendering);
     shd_status status = shd_scene_read(
         json, length, &engine->catalog, &request->limits, request->rendering.cancelled, fallback,
-        keeps ? &shelf : NULL, request->rendering.arena, &request->scene, &request->report);
+        &shelf, request->rendering.arena, &request->scene, &request->report);
     if (status == SHD_MISSING && request->held_full) /* what is missing was not looked for */
         status = report_only(request, SHD_MEMORY, "the limit `memory` is reached");
     if (status == SHD_OK) status = check_formats(request);

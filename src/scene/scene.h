@@ -76,6 +76,7 @@ typedef struct shd_light {
     bool visible;   /* whether the camera sees the shape, or the surroundings */
     /* Environment: its radiance, and the angle by which it is turned about +y, in radians. */
     const struct shd_surroundings *map;
+    const struct shd_surroundings *seen; /* the same, by texels that suit pixels, if it is visible */
     double turn;
     double of_map[3][3]; /* times a color of the map is one of the working space */
     /* What `color` and `ambient` are the RGB of, intensity applied; NULL: they are RGB. */
@@ -352,24 +353,31 @@ static inline bool shd_has_background(const shd_scene *scene) {
     return !scene->transparent || scene->background_alpha > 0;
 }
 
-/* The meshes that are kept. It finds one by its digest; NULL if there is none. It keeps one that is
- * built in (NULL: it does not do that), and returns what is kept of it, or NULL. Meshes that it
- * gives stay as long as the scene that is read. */
-typedef struct shd_mesh_shelf {
+/* What a scene may name and does not have itself. All that it gives stays as long as the scene that
+ * is read.
+ *
+ * `find` finds a mesh that is kept by its digest; NULL if there is none. (find NULL: none are
+ * kept.) `keep` keeps one that is built in (NULL: it does not do that), and returns what is kept of
+ * it, or NULL. */
+typedef struct shd_shelf {
     const shd_mesh *(*find)(void *context, const shd_digest *digest);
     void *context;
     const shd_mesh *(*keep)(void *context, const shd_mesh *mesh, const shd_digest *digest);
-} shd_mesh_shelf;
+    /* Finds the map of a picture, with colors of the space `working`, of about `rows` rows
+     * (shd_surroundings_rows), with the errors of render/maps.h; error->path means nothing. */
+    shd_status (*surround)(void *context, const char *name, const shd_space_info *working, int rows,
+                           const struct shd_surroundings **out, shd_error *error);
+} shd_shelf;
 
 /* Reads `length` bytes of JSON. `report` gets everything that is wrong, with JSON Pointers, and
  * warnings; items of a list past its limit are not read. The scene is made only if there is no
- * error. `fallback` is the format of an output that names none. `shelf` has the meshes that `data`
- * may name, and is NULL if none are kept. Jansson's own memory is freed before the function
+ * error. `fallback` is the format of an output that names none. `shelf` has the meshes and
+ * pictures that it may name; NULL: there are none. Jansson's own memory is freed before the function
  * returns; the scene lives in `arena`. `cancelled` (or NULL) ends the reading with SHD_CANCELLED.
  * Returns report->status. */
 shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *catalog,
                           const shd_limits *limits, const atomic_bool *cancelled,
-                          shd_format fallback, const shd_mesh_shelf *shelf, shd_arena *arena,
+                          shd_format fallback, const shd_shelf *shelf, shd_arena *arena,
                           const shd_scene **out, shd_report *report);
 
 /* Reads a mesh alone: {"positions": [...], "indices": [...], "normals": [...]} as an object has
