@@ -44,13 +44,12 @@ static const shd_mesh *keep_builtin(void *context, const shd_mesh *mesh, const s
     return find_mesh(context, digest);
 }
 
-static shd_status surround(void *context, const char *name, const shd_space_info *working,
-                           int rows, const shd_surroundings **out, shd_error *error) {
+static shd_status surround(void *context, const char *name, const shd_space_info *working, int rows,
+                           const shd_surroundings **out, shd_error *error) {
     return shd_request_map(context, name, working, rows, out, error);
 }
 
 shd_shelf shd_shelf_of(shd_request *request) {
     const bool keeps = shd_store_load_of(request->rendering.engine->store).cap > 0;
-    return (shd_shelf){keeps ? find_mesh : NULL, request, keeps ? keep_builtin : NULL,
-                            surround};
+    return (shd_shelf){keeps ? find_mesh : NULL, request, keeps ? keep_builtin : NULL, surround};
 }

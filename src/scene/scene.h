@@ -76,7 +76,8 @@ typedef struct shd_light {
     bool visible;   /* whether the camera sees the shape, or the surroundings */
     /* Environment: its radiance, and the angle by which it is turned about +y, in radians. */
     const struct shd_surroundings *map;
-    const struct shd_surroundings *seen; /* the same, by texels that suit pixels, if it is visible */
+    const struct shd_surroundings
+        *seen; /* the same, by texels that suit pixels, if it is visible */
     double turn;
     double of_map[3][3]; /* times a color of the map is one of the working space */
     /* What `color` and `ambient` are the RGB of, intensity applied; NULL: they are RGB. */
@@ -372,9 +373,9 @@ typedef struct shd_shelf {
 /* Reads `length` bytes of JSON. `report` gets everything that is wrong, with JSON Pointers, and
  * warnings; items of a list past its limit are not read. The scene is made only if there is no
  * error. `fallback` is the format of an output that names none. `shelf` has the meshes and
- * pictures that it may name; NULL: there are none. Jansson's own memory is freed before the function
- * returns; the scene lives in `arena`. `cancelled` (or NULL) ends the reading with SHD_CANCELLED.
- * Returns report->status. */
+ * pictures that it may name; NULL: there are none. Jansson's own memory is freed before the
+ * function returns; the scene lives in `arena`. `cancelled` (or NULL) ends the reading with
+ * SHD_CANCELLED. Returns report->status. */
 shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *catalog,
                           const shd_limits *limits, const atomic_bool *cancelled,
                           shd_format fallback, const shd_shelf *shelf, shd_arena *arena,

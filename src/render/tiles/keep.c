@@ -123,10 +123,7 @@ static void put_textures(hash *h, const shd_plan_textures *textures) {
 }
 
 static void put_lights(hash *h, const shd_plan *plan) {
-    const uint64_t counts[] = {plan->tier,
-                               plan->grey_lights,
-                               plan->light_count,
-                               plan->group_count,
+    const uint64_t counts[] = {plan->tier, plan->grey_lights, plan->light_count, plan->group_count,
                                plan->scene->light_count /* lobes are cut by it */};
     put_bytes(h, counts, sizeof counts);
     for (size_t j = 0; j < plan->light_count; j++) put_light(h, &plan->lights[j]);
