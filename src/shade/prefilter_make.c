@@ -72,8 +72,8 @@ static float contrast_of(const shd_surroundings *map, double top, double bottom,
 /* The hottest cells so far, the hottest first. */
 typedef struct hot_list {
     int count, most;
-    float contrast[SHD_HOT_MOST];
-    uint32_t cell[SHD_HOT_MOST];
+    float contrast[SHD_WATCHED_MOST];
+    uint32_t cell[SHD_WATCHED_MOST];
 } hot_list;
 
 static void note_hot(hot_list *list, float contrast, uint32_t cell) {
@@ -133,15 +133,16 @@ static void move_cell(const float *smaller, size_t small, float *cell, size_t st
 }
 
 static void cut_hot(const shd_surroundings *map, const hot_list *list, shd_prefilter *t) {
-    uint32_t *hot = (uint32_t *)(void *)((char *)t + t->hot_at);
+    memcpy((char *)t + t->hot_at, list->cell, (size_t)list->count * sizeof *list->cell);
+    memcpy((char *)t + t->contrast_at, list->contrast,
+           (size_t)list->count * sizeof *list->contrast);
+    t->watched = list->count;
     float *cells = (float *)(void *)((char *)t + t->hot_cells_at);
     const uint32_t *starts = shd_starts_of(t);
     const size_t size = SHD_CELL_ROWS * (size_t)t->hot_parts * (size_t)t->hot_parts;
-    t->hot_count = list->count;
-    for (int k = 0; k < list->count; k++) {
+    for (int k = 0; k < t->hot_count; k++) {
         int row = 0;
         while (starts[row + 1] <= list->cell[k]) row++;
-        hot[k] = list->cell[k];
         cut_cell(map, t, row, list->cell[k] - starts[row], cells + (size_t)k * size);
         move_cell(cells + (size_t)k * size, size / SHD_CELL_ROWS,
                   (float *)(void *)((char *)t + t->cells_at) + list->cell[k], t->cell_stride);
@@ -155,7 +156,7 @@ bool shd_make_cells(const shd_surroundings *map, shd_prefilter *t, const atomic_
     shd_row_place *places = (shd_row_place *)(void *)((char *)t + t->rows_at);
     const int rows = t->cell_rows;
     double band[2 * WIDEST][3];
-    hot_list hot = {.most = t->hot_count};
+    hot_list hot = {.most = t->watched};
     starts[0] = 0;
     memset(cells, 0, SHD_CELL_ROWS * stride * sizeof *cells);
     for (int j = 0; j < rows; j++) {
