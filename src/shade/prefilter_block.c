@@ -50,7 +50,7 @@ size_t shd_prefilter_size(double exponent, bool lobe) {
 }
 
 size_t shd_prefilter_scratch(double exponent) {
-    return shd_filter_scratch(columns_of(exponent));
+    return shd_filter_scratch(exponent, columns_of(exponent));
 }
 
 /* ---- Making. ---- */

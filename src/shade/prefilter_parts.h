@@ -56,6 +56,6 @@ static inline const float *shd_hot_cells_of(const shd_prefilter *t) {
 bool shd_make_cells(const shd_surroundings *map, shd_prefilter *t, const atomic_bool *cancelled);
 bool shd_filter_map(const shd_surroundings *map, shd_prefilter *t, const atomic_bool *cancelled,
                     void *scratch);
-size_t shd_filter_scratch(int columns);
+size_t shd_filter_scratch(double exponent, int columns);
 bool shd_measure_filter(const shd_surroundings *map, shd_prefilter *t,
                         const atomic_bool *cancelled);
