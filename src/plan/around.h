@@ -36,8 +36,8 @@ static inline double shd_backdrop_scale(const shd_scene *scene) {
     return light ? fabs(light->color[0]) * shd_around_gain(light) : 0;
 }
 static inline double shd_backdrop_most(const shd_scene *scene) {
-    return scene->backdrop ? shd_backdrop_scale(scene) * scene->backdrop->map->most : 0;
+    return scene->backdrop ? shd_backdrop_scale(scene) * scene->backdrop->seen->most : 0;
 }
 static inline double shd_backdrop_slope(const shd_scene *scene) {
-    return scene->backdrop ? shd_backdrop_scale(scene) * scene->backdrop->map->slope : 0;
+    return scene->backdrop ? shd_backdrop_scale(scene) * scene->backdrop->seen->slope : 0;
 }

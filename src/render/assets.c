@@ -162,6 +162,14 @@ static shd_status open_named(shd_request *request, const char *name, shd_asset *
     return status;
 }
 
+bool shd_asset_digest(const shd_request *request, const char *name, shd_digest *out) {
+    const shd_engine *engine = request->rendering.engine;
+    size_t index;
+    if (!strncmp(name, prefix, strlen(prefix))) return shd_digest_read(name + strlen(prefix), out);
+    return engine->assets && shd_asset_find(engine->assets, name, &index) &&
+           shd_asset_known(engine->assets, index, out);
+}
+
 shd_status shd_asset_open(shd_request *request, const char *name, shd_asset *out,
                           shd_error *error) {
     const bool is_digest = !strncmp(name, prefix, strlen(prefix));

@@ -14,6 +14,9 @@ typedef struct shd_asset {
     char name[SHD_ASSET_NAME + 1];
 } shd_asset;
 
+/* The digest of the file that has a name, if that tells it or the file was read before. */
+bool shd_asset_digest(const shd_request *request, const char *name, shd_digest *out);
+
 /* The asset of a name, as shd_picture_wish has it and with the errors of shd_request_texels. One
  * of the operator's is read if it is not kept. */
 shd_status shd_asset_open(shd_request *request, const char *name, shd_asset *out, shd_error *error);

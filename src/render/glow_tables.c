@@ -13,7 +13,7 @@
 static shd_digest name_of(const shd_surroundings *map, double exponent, bool lobe) {
     char text[128];
     memset(text, 0, sizeof text);
-    snprintf(text, sizeof text, "%.64s %.17g %d", map->name, exponent, lobe);
+    snprintf(text, sizeof text, "%.64s %.17g %d", map->key, exponent, lobe);
     return shd_digest_of(text, sizeof text);
 }
 

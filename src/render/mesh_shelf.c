@@ -1,5 +1,6 @@
-/* What scenes may name: the store's meshes, as reading a scene finds and keeps them, and pictures.
- */
+/* What scenes may name: the store's meshes, as reading a scene finds and keeps them, pictures, and
+ * the maps that are made of these. */
+#include "render/maps.h"
 #include "render/pictures.h"
 #include "render/request.h"
 #include "sight/ready.h"
@@ -45,9 +46,16 @@ static const shd_mesh *keep_builtin(void *context, const shd_mesh *mesh, const s
     return find_mesh(context, digest);
 }
 
+static shd_status surround(void *context, const char *name, const shd_space_info *working, int rows,
+                           const shd_surroundings **out, shd_error *error) {
+    return shd_request_map(context, name, working, rows, out, error);
+}
+
 shd_shelf shd_shelf_of(shd_request *request) {
-    shd_shelf shelf = {
-        .context = request, .texels = shd_wished_texels, .pyramid = shd_wished_pyramid};
+    shd_shelf shelf = {.context = request,
+                       .texels = shd_wished_texels,
+                       .pyramid = shd_wished_pyramid,
+                       .surround = surround};
     if (shd_store_load_of(request->rendering.engine->store).cap > 0) {
         shelf.find = find_mesh;
         shelf.keep = keep_builtin;

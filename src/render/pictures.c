@@ -141,6 +141,12 @@ void shd_request_drop_pictures(shd_request *request) {
     request->held_pictures = NULL;
 }
 
+void shd_request_forget_texels(shd_request *request) {
+    shd_held_picture *last = request->held_pictures;
+    request->held_pictures = last->next;
+    shd_stored_drop(last->thing);
+}
+
 /* Whether the request may have so many bytes more of pictures. */
 static shd_status check_room(const shd_request *request, size_t bytes, shd_error *error) {
     const uint64_t limit = request->limits.memory, used = shd_arena_used(request->rendering.arena) +

@@ -37,6 +37,8 @@ shd_status shd_wished_texels(void *request, const shd_picture_wish *wish, const 
                              shd_error *error);
 shd_status shd_wished_pyramid(void *request, const shd_texels *texels, const shd_pyramid **out,
                               shd_error *error);
+/* Lets go of the picture that the request has taken last. */
+void shd_request_forget_texels(shd_request *request);
 
 /* Bytes that the request's pictures take, as its limit `memory` counts them. */
 uint64_t shd_request_texel_bytes(const shd_request *request);

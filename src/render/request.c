@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "plan/cost.h"
+#include "render/maps.h"
 #include "render/pair.h"
 #include "render/pictures.h"
 #include "render/request.h"
@@ -53,6 +54,7 @@ void shd_request_drop(shd_request *request) {
     for (const shd_held_mesh *m = request->held; m; m = m->next) shd_stored_drop(m->stored);
     for (int i = 0; request->pair && i < 2; i++) shd_request_drop(request->pair->sides[i]);
     shd_request_drop_pictures(request);
+    shd_request_drop_maps(request);
     shd_held_tables_drop(request->tables);
     shd_arena_drop(request->rendering.arena);
     shd_color_lease_drop(request->lease);
@@ -152,7 +154,8 @@ static shd_status check_memory(shd_request *request) {
     uint64_t needed = shd_arena_used(request->rendering.arena);
     for (const shd_held_mesh *m = request->held; m; m = m->next)
         needed += shd_stored_size(m->stored);
-    needed += shd_request_texel_bytes(request) + shd_glow_needs_of(request->scene).bytes;
+    needed += shd_request_texel_bytes(request) + shd_request_map_bytes(request);
+    needed += shd_glow_needs_of(request->scene).bytes;
     if (__builtin_add_overflow(shd_estimate_memory(request->scene), needed, &needed))
         needed = UINT64_MAX;
     if (needed <= limit) return SHD_OK;

@@ -13,6 +13,8 @@ typedef struct shd_held_mesh {
 
 /* A picture that its documents name (render/pictures.h). */
 typedef struct shd_held_picture shd_held_picture;
+/* A map of an environment that is a picture (render/maps.h). */
+typedef struct shd_held_map shd_held_map;
 
 struct shd_request {
     shd_rendering rendering; /* the engine, the arena, the plan, the times */
@@ -29,6 +31,7 @@ struct shd_request {
     shd_held_mesh *held;
     shd_held_picture *held_pictures;
     struct shd_wished *wished; /* pictures that the scene names */
+    shd_held_map *held_maps;
     struct shd_held_table *tables;
     bool held_full; /* the arena had no room to hold more */
     char etag[33];
@@ -53,8 +56,8 @@ shd_status shd_request_keep_made(shd_request *request, const shd_mesh *mesh,
                                  const shd_digest *digest, const char *client, bool *known,
                                  shd_error *error);
 
-/* For reading the request's scene: meshes of the engine's store and pictures, which it then holds.
- */
+/* For reading the request's scene: meshes of the engine's store, pictures, and maps of these, which
+ * it then holds. */
 shd_shelf shd_shelf_of(shd_request *request);
 
 /* Ends its hold of pictures. */

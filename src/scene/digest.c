@@ -79,7 +79,7 @@ static void put_light(sink *s, const shd_light *light) {
     put_numbers(s, (double[]){light->min_distance, light->angle, light->penumbra, light->exponent},
                 4);
     if (light->type == SHD_LIGHT_ENVIRONMENT) {
-        put_text(s, light->map->name);
+        put_text(s, light->map->key);
         put_numbers(s, &light->turn, 1);
         put_count(s, light->visible);
     }

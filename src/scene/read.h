@@ -64,6 +64,7 @@ typedef struct shd_reader {
     uint64_t triangles;           /* of the objects so far */
     shd_missing missing[SHD_REPORT_KEEP]; /* the first ones, each once */
     size_t missing_count;                 /* of all of them */
+    size_t maps;                          /* of pictures; the first are looked for */
     /* Bits of the shd_format of all outputs, and of those that have color and no alpha. */
     unsigned formats, flat;
     const struct shd_field *field; /* the one that is read */

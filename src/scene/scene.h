@@ -76,6 +76,8 @@ typedef struct shd_light {
     bool visible;   /* whether the camera sees the shape, or the surroundings */
     /* Environment: its radiance, and the angle by which it is turned about +y, in radians. */
     const struct shd_surroundings *map;
+    const struct shd_surroundings
+        *seen; /* the same, by texels that suit pixels, if it is visible */
     double turn;
     double of_map[3][3]; /* times a color of the map is one of the working space */
     /* What `color` and `ambient` are the RGB of, intensity applied; NULL: they are RGB. */
@@ -381,6 +383,10 @@ typedef struct shd_shelf {
                          shd_error *error);
     shd_status (*pyramid)(void *context, const shd_texels *texels, const shd_pyramid **out,
                           shd_error *error);
+    /* Finds the map of a picture, with colors of the space `working`, of about `rows` rows
+     * (shd_surroundings_rows), with the errors of render/maps.h; error->path means nothing. */
+    shd_status (*surround)(void *context, const char *name, const shd_space_info *working, int rows,
+                           const struct shd_surroundings **out, shd_error *error);
 } shd_shelf;
 
 /* Reads `length` bytes of JSON. `report` gets everything that is wrong, with JSON Pointers, and

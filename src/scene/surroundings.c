@@ -78,7 +78,6 @@ static int compare_texels(const void *a, const void *b) {
  * counts as the brightest of its neighbors. */
 static void find_levels(shd_surroundings *map, texel *sorted, size_t count) {
     qsort(sorted, count, sizeof *sorted, compare_texels);
-    map->most = sorted[0].most;
     size_t at = 0;
     for (int k = 0; k < SHD_SURROUNDINGS_LEVELS; k++) {
         const double share = pow(2, (k + 1 - SHD_SURROUNDINGS_LEVELS) / 3.0);
@@ -123,8 +122,17 @@ static double steepest(const shd_surroundings *map) {
     return most;
 }
 
-/* False: no memory. */
-static bool measure_map(shd_surroundings *map) {
+static double brightest(const shd_surroundings *map) {
+    const size_t values = 3 * (size_t)map->width * (size_t)map->height;
+    double most = 0;
+    for (size_t k = 0; k < values; k++) most = fmax(most, (double)map->texels[k]);
+    return most;
+}
+
+bool shd_surroundings_measure(shd_surroundings *map, bool levels) {
+    map->most = brightest(map);
+    map->slope = steepest(map);
+    if (!levels) return true;
     const size_t count = (size_t)map->width * (size_t)map->height;
     texel *sorted = malloc(count * sizeof *sorted);
     if (!sorted) return false;
@@ -136,7 +144,6 @@ static bool measure_map(shd_surroundings *map) {
                 (texel){brightest_near(map, j, i), (top - bottom) * 2 * SHD_PI / map->width};
     }
     find_levels(map, sorted, count);
-    map->slope = steepest(map);
     free(sorted);
     return true;
 }
@@ -159,10 +166,11 @@ static void make_builtin(int which, void (*paint)(shd_vec3 d, double rgb[3])) {
             for (int c = 0; c < 3; c++) texels[which][3 * (j * WIDTH + i) + c] = (float)rgb[c];
         }
     shd_surroundings map = {.name = shd_surroundings_names[which],
+                            .key = shd_surroundings_names[which],
                             .width = WIDTH,
                             .height = HEIGHT,
                             .texels = texels[which]};
-    if (measure_map(&map)) builtin[which] = map;
+    if (shd_surroundings_measure(&map, true)) builtin[which] = map;
 }
 
 static void make_sky(void) {
@@ -186,8 +194,11 @@ const shd_surroundings *shd_surroundings_find(const char *name) {
 /* ---- By direction. ---- */
 
 void shd_surroundings_at(const shd_surroundings *map, shd_vec3 d, double rgb[3]) {
-    const double u = atan2(d.x, -d.z) / (2 * SHD_PI) + 0.5,
-                 v = atan2(hypot(d.x, d.z), d.y) / SHD_PI;
+    shd_surroundings_between(map, atan2(d.x, -d.z) / (2 * SHD_PI) + 0.5,
+                             atan2(hypot(d.x, d.z), d.y) / SHD_PI, rgb);
+}
+
+void shd_surroundings_between(const shd_surroundings *map, double u, double v, double rgb[3]) {
     const double x = u * map->width - 0.5,
                  y = fmin(fmax(v * map->height - 0.5, 0), map->height - 1);
     const int left = (int)floor(x), top = (int)y, w = map->width;

@@ -12,9 +12,9 @@
  *
  * Tables are made by a discrete Fourier transform along each row, since around the axis the
  * integral is a convolution. How far off they are is measured when they are made, against
- * shd_environment_integrate: at the places where the table bends most, with horizons through the
- * cells in which radiance differs most, and at others. The largest difference counts three times,
- * to be no less than what is between those places.
+ * shd_environment_integrate: at the places where the table bends most, with horizons through
+ * cells by how much radiance differs in them, and at others. The largest difference counts three
+ * times, to be no less than what is between those places.
  *
  * A table is one block of bytes without pointers, constant once it is made. Any thread. */
 #pragma once
@@ -35,7 +35,8 @@ typedef struct shd_prefilter {
     float reach;                  /* the lobe is nothing where 1 - L.W is more */
     float kernel[7];              /* its 16th root, by (1 - L.W) / reach */
     int32_t hot_count, hot_parts; /* cells that have smaller ones, and how many each way */
-    uint64_t cell_stride, hot_at, hot_cells_at, rows_at, table_at, starts_at, cells_at,
+    int32_t watched;              /* these and the next ones by how much radiance differs in them */
+    uint64_t cell_stride, hot_at, contrast_at, hot_cells_at, rows_at, table_at, starts_at, cells_at,
         bytes; /* offsets in the block */
 } shd_prefilter;
 

@@ -34,9 +34,11 @@ static void lay_out(double exponent, bool lobe, shd_prefilter *out) {
     out->rows_at = out->starts_at + padded_to(((size_t)out->cell_rows + 1) * sizeof(uint32_t));
     out->cells_at = out->rows_at + padded_to((size_t)out->cell_rows * sizeof(shd_row_place));
     out->hot_count = (int32_t)(cells < SHD_HOT_MOST ? cells : SHD_HOT_MOST);
+    out->watched = (int32_t)(cells < SHD_WATCHED_MOST ? cells : SHD_WATCHED_MOST);
     out->hot_parts = SHD_HOT_PARTS;
     out->hot_at = out->cells_at + padded_to(SHD_CELL_ROWS * out->cell_stride * sizeof(float));
-    out->hot_cells_at = out->hot_at + padded_to((size_t)out->hot_count * sizeof(uint32_t));
+    out->contrast_at = out->hot_at + padded_to((size_t)out->watched * sizeof(uint32_t));
+    out->hot_cells_at = out->contrast_at + padded_to((size_t)out->watched * sizeof(float));
     const size_t small = SHD_CELL_ROWS * SHD_HOT_PARTS * SHD_HOT_PARTS * sizeof(float);
     out->bytes = out->hot_cells_at + padded_to((size_t)out->hot_count * small);
 }
@@ -48,7 +50,7 @@ size_t shd_prefilter_size(double exponent, bool lobe) {
 }
 
 size_t shd_prefilter_scratch(double exponent) {
-    return shd_filter_scratch(columns_of(exponent));
+    return shd_filter_scratch(exponent, columns_of(exponent));
 }
 
 /* ---- Making. ---- */

@@ -72,8 +72,8 @@ static float contrast_of(const shd_surroundings *map, double top, double bottom,
 /* The hottest cells so far, the hottest first. */
 typedef struct hot_list {
     int count, most;
-    float contrast[SHD_HOT_MOST];
-    uint32_t cell[SHD_HOT_MOST];
+    float contrast[SHD_WATCHED_MOST];
+    uint32_t cell[SHD_WATCHED_MOST];
 } hot_list;
 
 static void note_hot(hot_list *list, float contrast, uint32_t cell) {
@@ -133,15 +133,16 @@ static void move_cell(const float *smaller, size_t small, float *cell, size_t st
 }
 
 static void cut_hot(const shd_surroundings *map, const hot_list *list, shd_prefilter *t) {
-    uint32_t *hot = (uint32_t *)(void *)((char *)t + t->hot_at);
+    memcpy((char *)t + t->hot_at, list->cell, (size_t)list->count * sizeof *list->cell);
+    memcpy((char *)t + t->contrast_at, list->contrast,
+           (size_t)list->count * sizeof *list->contrast);
+    t->watched = list->count;
     float *cells = (float *)(void *)((char *)t + t->hot_cells_at);
     const uint32_t *starts = shd_starts_of(t);
     const size_t size = SHD_CELL_ROWS * (size_t)t->hot_parts * (size_t)t->hot_parts;
-    t->hot_count = list->count;
-    for (int k = 0; k < list->count; k++) {
+    for (int k = 0; k < t->hot_count; k++) {
         int row = 0;
         while (starts[row + 1] <= list->cell[k]) row++;
-        hot[k] = list->cell[k];
         cut_cell(map, t, row, list->cell[k] - starts[row], cells + (size_t)k * size);
         move_cell(cells + (size_t)k * size, size / SHD_CELL_ROWS,
                   (float *)(void *)((char *)t + t->cells_at) + list->cell[k], t->cell_stride);
@@ -155,7 +156,7 @@ bool shd_make_cells(const shd_surroundings *map, shd_prefilter *t, const atomic_
     shd_row_place *places = (shd_row_place *)(void *)((char *)t + t->rows_at);
     const int rows = t->cell_rows;
     double band[2 * WIDEST][3];
-    hot_list hot = {.most = t->hot_count};
+    hot_list hot = {.most = t->watched};
     starts[0] = 0;
     memset(cells, 0, SHD_CELL_ROWS * stride * sizeof *cells);
     for (int j = 0; j < rows; j++) {
@@ -188,12 +189,21 @@ typedef struct wave {
 
 typedef struct filter {
     int n;       /* columns, a power of 2 */
+    int waves;   /* so many have any part of the power, the first of n / 2 + 1 */
+    int around;  /* samples of the power around the axis: a power of 2, enough for these */
     wave *turns; /* [n / 2] */
     wave *work;  /* [n] */
-    wave *map;   /* [n / 2 rows][3][n / 2 + 1] */
-    wave *sums;  /* [3][n / 2 + 1] */
+    wave *map;   /* [n / 2 rows][3][waves] */
+    wave *sums;  /* the same, of the table */
     double (*band)[3];
 } filter;
+
+/* Along a row the power is no narrower than exp(-n t^2 / 2), whose waves beyond 7 sqrt(n) are less
+ * than 1e-10 of it. Low powers end in an edge, and have all. */
+static int count_waves(double exponent, int n) {
+    const double most = 7 * sqrt(exponent) + 1;
+    return exponent > 72 && most < n / 2 ? (int)most + 1 : n / 2 + 1;
+}
 
 static size_t take(char **at, size_t bytes) {
     bytes = (bytes + 63) / 64 * 64;
@@ -201,32 +211,35 @@ static size_t take(char **at, size_t bytes) {
     return bytes;
 }
 
-static size_t lay_out_filter(int n, char *memory, filter *f) {
-    const size_t waves = (size_t)n / 2 + 1, w = sizeof(wave);
+static size_t lay_out_filter(double exponent, int n, char *memory, filter *f) {
+    const size_t w = sizeof(wave), rows = (size_t)n / 2;
     char *at = memory;
     f->n = n;
+    f->waves = count_waves(exponent, n);
+    f->around = n;
+    while (f->around >= 4 * (f->waves - 1)) f->around /= 2;
     f->turns = (wave *)(void *)at;
     size_t bytes = take(&at, (size_t)n / 2 * w);
     f->work = (wave *)(void *)at;
     bytes += take(&at, (size_t)n * w);
     f->map = (wave *)(void *)at;
-    bytes += take(&at, (size_t)n / 2 * 3 * waves * w);
+    bytes += take(&at, rows * 3 * (size_t)f->waves * w);
     f->sums = (wave *)(void *)at;
-    bytes += take(&at, 3 * waves * w);
+    bytes += take(&at, rows * 3 * (size_t)f->waves * w);
     f->band = (double(*)[3])(void *)at;
     return bytes + take(&at, (size_t)n * sizeof *f->band);
 }
 
-size_t shd_filter_scratch(int columns) {
+size_t shd_filter_scratch(double exponent, int columns) {
     static char none[64];
     filter counted;
-    return lay_out_filter(columns, none, &counted);
+    return lay_out_filter(exponent, columns, none, &counted);
 }
 
-/* The discrete Fourier transform of work[n] in place, or times n its inverse's conjugate. */
-static void transform(const filter *f) {
+/* The discrete Fourier transform of the first n of work in place, or times n its inverse's
+ * conjugate. */
+static void transform(const filter *f, int n) {
     wave *x = f->work;
-    const int n = f->n;
     for (int i = 1, j = 0; i < n; i++) {
         int bit = n >> 1;
         for (; j & bit; bit >>= 1) j ^= bit;
@@ -238,7 +251,7 @@ static void transform(const filter *f) {
         }
     }
     for (int half = 1; half < n; half *= 2) {
-        const int step = n / 2 / half;
+        const int step = f->n / 2 / half;
         for (int i = 0; i < n; i += 2 * half)
             for (int k = 0; k < half; k++) {
                 const wave w = f->turns[k * step], a = x[i + k], b = x[i + k + half];
@@ -250,12 +263,12 @@ static void transform(const filter *f) {
 }
 
 static void transform_map(const shd_surroundings *map, const filter *f) {
-    const int n = f->n, waves = n / 2 + 1;
+    const int n = f->n, waves = f->waves;
     for (int j = 0; j < n / 2; j++) {
         sum_band(map, 2 * SHD_PI * j / n, 2 * SHD_PI * (j + 1) / n, n, f->band);
         for (int c = 0; c < 3; c++) {
             for (int i = 0; i < n; i++) f->work[i] = (wave){(float)f->band[i][c], 0};
-            transform(f);
+            transform(f, n);
             memcpy(f->map + ((size_t)j * 3 + (size_t)c) * (size_t)waves, f->work,
                    (size_t)waves * sizeof(wave));
         }
@@ -265,7 +278,7 @@ static void transform_map(const shd_surroundings *map, const filter *f) {
 /* The power between two latitudes, by the difference of longitudes, to one part of f->work. */
 static void put_kernel(const filter *f, const shd_power *power, double least, double from,
                        double to, bool second) {
-    const int n = f->n;
+    const int n = f->around;
     const double same = cos(from) * cos(to), turned = sin(from) * sin(to);
     bool any = true;
     for (int i = 0; i <= n / 2; i++) {
@@ -278,34 +291,55 @@ static void put_kernel(const filter *f, const shd_power *power, double least, do
     }
 }
 
-/* Adds rows j and j + 1 of the map (or one) to what a row of the table has. An even kernel's
- * transform is real, so that those of two rows fit in one. */
-static void add_rows(const filter *f, int j, int count) {
-    const size_t waves = (size_t)f->n / 2 + 1;
-    transform(f);
-    for (int k = 0; k < count; k++)
-        for (size_t c = 0; c < 3; c++) {
-            const wave *in = f->map + ((size_t)(j + k) * 3 + c) * waves;
-            wave *out = f->sums + c * waves;
-            for (size_t m = 0; m < waves; m++) {
-                const float by = k ? f->work[m].im : f->work[m].re;
-                out[m].re += by * in[m].re;
-                out[m].im += by * in[m].im;
-            }
+/* Adds a row of the map, times the transform of the power, to one of the table. */
+static void add_row(const filter *f, const float *by, int from, int to) {
+    const size_t waves = (size_t)f->waves;
+    const wave *in = f->map + (size_t)from * 3 * waves;
+    wave *out = f->sums + (size_t)to * 3 * waves;
+    for (size_t c = 0; c < 3; c++, in += waves, out += waves)
+        for (size_t m = 0; m < waves; m++) {
+            out[m].re += by[m] * in[m].re;
+            out[m].im += by[m] * in[m].im;
         }
+}
+
+/* The power between rows a and b of either is that between b and a, and between those that are as
+ * far from the other pole. */
+static void add_pair(const filter *f, const float *by, int a, int b) {
+    const int last = f->n / 2 - 1;
+    const bool other = a + b != last;
+    add_row(f, by, b, a);
+    if (other) add_row(f, by, last - b, last - a);
+    if (a == b) return;
+    add_row(f, by, a, b);
+    if (other) add_row(f, by, last - a, last - b);
+}
+
+/* Row a with rows b and b + 1 (or one). An even kernel's transform is real, so that those of two
+ * rows fit in one. */
+static void add_pairs(const filter *f, int a, int b, int count) {
+    float by[2][WIDEST / 2 + 1];
+    const float share = (float)(f->n / f->around);
+    transform(f, f->around);
+    for (int m = 0; m < f->waves; m++) {
+        by[0][m] = share * f->work[m].re;
+        by[1][m] = share * f->work[m].im;
+    }
+    for (int k = 0; k < count; k++) add_pair(f, by[k], a, b + k);
 }
 
 static void store_row(const filter *f, int row, shd_prefilter *t) {
     const int n = f->n;
-    const size_t waves = (size_t)n / 2 + 1, wide = (size_t)n + 4;
+    const size_t wide = (size_t)n + 4;
     float *out = (float *)(void *)((char *)t + t->table_at) + 3 * ((size_t)row + 2) * wide;
     for (size_t c = 0; c < 3; c++) {
-        const wave *in = f->sums + c * waves;
+        const wave *in = f->sums + ((size_t)row * 3 + c) * (size_t)f->waves;
         for (int m = 0; m < n; m++) { /* conjugate, so that the transform is its own inverse */
             const int at = m <= n / 2 ? m : n - m;
-            f->work[m] = (wave){in[at].re, m <= n / 2 ? -in[at].im : in[at].im};
+            const wave found = at < f->waves ? in[at] : (wave){0, 0};
+            f->work[m] = (wave){found.re, m <= n / 2 ? -found.im : found.im};
         }
-        transform(f);
+        transform(f, n);
         for (int i = 0; i < n + 4; i++)
             out[3 * (size_t)i + c] = f->work[(i - 2 + n) % n].re / (float)n;
     }
@@ -328,7 +362,7 @@ static void repeat_rows(shd_prefilter *t) {
 bool shd_filter_map(const shd_surroundings *map, shd_prefilter *t, const atomic_bool *cancelled,
                     void *scratch) {
     filter f;
-    lay_out_filter(t->columns, scratch, &f);
+    lay_out_filter(t->exponent, t->columns, scratch, &f);
     const int n = f.n, rows = n / 2;
     for (int k = 0; k < rows; k++)
         f.turns[k] = (wave){(float)cos(2 * SHD_PI * k / n), (float)-sin(2 * SHD_PI * k / n)};
@@ -336,21 +370,20 @@ bool shd_filter_map(const shd_surroundings *map, shd_prefilter *t, const atomic_
     const shd_power power = shd_power_make(t->exponent);
     const double least = pow(1e-10, 1 / t->exponent), reach = acos(least);
     const int near = (int)ceil(reach * rows / SHD_PI) + 1;
-    for (int row = 0; row < rows; row++) {
+    memset(f.sums, 0, (size_t)rows * 3 * (size_t)f.waves * sizeof *f.sums);
+    for (int a = 0; 2 * a < rows; a++) {
         if (shd_is_cancelled(cancelled)) return false;
-        memset(f.sums, 0, 3 * ((size_t)n / 2 + 1) * sizeof *f.sums);
-        const int first = row > near ? row - near : 0,
-                  last = row + near < rows ? row + near : rows - 1;
-        const double down = SHD_PI * (row + 0.5) / rows;
-        for (int j = first; j <= last; j += 2) {
-            const int count = j < last ? 2 : 1;
-            memset(f.work, 0, (size_t)n * sizeof *f.work);
+        const int last = a + near < rows - 1 - a ? a + near : rows - 1 - a;
+        for (int b = a; b <= last; b += 2) {
+            const int count = b < last ? 2 : 1;
+            memset(f.work, 0, (size_t)f.around * sizeof *f.work);
             for (int k = 0; k < count; k++)
-                put_kernel(&f, &power, least, down, SHD_PI * (j + k + 0.5) / rows, k);
-            add_rows(&f, j, count);
+                put_kernel(&f, &power, least, SHD_PI * (a + 0.5) / rows,
+                           SHD_PI * (b + k + 0.5) / rows, k);
+            add_pairs(&f, a, b, count);
         }
-        store_row(&f, row, t);
     }
+    for (int row = 0; row < rows; row++) store_row(&f, row, t);
     repeat_rows(t);
     return true;
 }

@@ -4,7 +4,7 @@
 #include "shade/environment.h"
 #include "shade/prefilter_parts.h"
 
-enum { BANDS = 12, SPREAD = 12, PLACES = BANDS + SPREAD, HOT = 32 };
+enum { BANDS = 12, SPREAD = 12, BESIDE = 24, PLACES = BANDS + SPREAD + BESIDE, HOT = 64 };
 
 static shd_vec3 direction_at(double down, double turn) {
     return (shd_vec3){-sin(down) * sin(turn), cos(down), sin(down) * cos(turn)};
@@ -33,11 +33,12 @@ static shd_vec3 find_bend(const shd_prefilter *t, int from, int to) {
     return direction_at(SHD_PI * (row + 1) / t->rows, 2 * SHD_PI * (column + 1) / t->columns);
 }
 
-static void find_places(const shd_prefilter *t, shd_vec3 places[PLACES]) {
-    for (int k = 0; k < BANDS; k++)
-        places[k] = find_bend(t, t->rows * k / BANDS, t->rows * (k + 1) / BANDS);
-    for (int k = 0; k < SPREAD; k++)
-        places[BANDS + k] = direction_at(acos(1 - (2 * k + 1.0) / SPREAD), 2.399963229728653 * k);
+/* The k-th of points that are spread evenly in a cube: shares in [0, 1) (M. Roberts, The
+ * Unreasonable Effectiveness of Quasirandom Sequences, 2018). */
+static void share_out(int k, double u[4]) {
+    static const double steps[] = {0.8566748838545029, 0.7338918566271260, 0.6287067210378087,
+                                   0.5385972572236101};
+    for (int d = 0; d < 4; d++) u[d] = k * steps[d] - floor(k * steps[d]);
 }
 
 /* A normal whose horizon is as far from w as the angle `height`, to the side `turn`. */
@@ -49,6 +50,20 @@ static shd_vec3 lean(shd_vec3 w, double height, double turn) {
     out = shd_scale(w, sin(height));
     out = shd_madd(out, a, cos(height) * cos(turn));
     return shd_madd(out, b, cos(height) * sin(turn));
+}
+
+static void find_places(const shd_prefilter *t, double width, shd_vec3 places[PLACES]) {
+    for (int k = 0; k < BANDS; k++)
+        places[k] = find_bend(t, t->rows * k / BANDS, t->rows * (k + 1) / BANDS);
+    /* Beside them, where nodes themselves may be off by as much as texels are finer than bands. */
+    for (int k = 0; k < BESIDE; k++) {
+        double u[4];
+        share_out(k, u);
+        places[BANDS + SPREAD + k] =
+            lean(places[k % BANDS], SHD_PI / 2 - 2 * width * u[1], 2 * SHD_PI * u[2]);
+    }
+    for (int k = 0; k < SPREAD; k++)
+        places[BANDS + k] = direction_at(acos(1 - (2 * k + 1.0) / SPREAD), 2.399963229728653 * k);
 }
 
 /* The middle of a cell in which radiance differs much, and the n-th part of them. */
@@ -69,19 +84,30 @@ static double cut_off_by(const shd_surroundings *map, const shd_prefilter *t, sh
     return differ(told, exact);
 }
 
-/* Horizons through hot cells, by their middles and beside them, with lobes at them and beside. */
+/* The cell up to which a share of all contrast is. */
+static int watched_at(const shd_prefilter *t, double all, double share) {
+    const float *contrast = shd_contrast_of(t);
+    double sum = 0;
+    for (int k = 0; k < t->watched; k++) {
+        sum += (double)contrast[k];
+        if (sum > share * all) return k;
+    }
+    return 0;
+}
+
+/* Horizons through cells in which radiance differs, as often as it does, and beside these, with
+ * lobes at them and beside. Those that have smaller ones are as likely to be off as others. */
 static double measure_hot(const shd_surroundings *map, const shd_prefilter *t, double width,
                           const atomic_bool *cancelled) {
-    static const double beside[] = {0, 0.45, -0.45, 0.2};
-    double most = 0;
-    for (int k = 0; k < HOT && t->hot_count; k++) {
+    double most = 0, all = 0;
+    for (int k = 0; k < t->watched; k++) all += (double)shd_contrast_of(t)[k];
+    for (int k = 0; k < HOT && all > 0; k++) {
         if (shd_is_cancelled(cancelled)) break;
-        /* The first quarter are the hottest; the others are spread over the list. */
-        const int spread = t->hot_count - 1,
-                  at = k < HOT / 4 ? k * 2 % t->hot_count : k * spread / HOT;
-        const shd_vec3 hot = hot_place(t, at),
-                       w = lean(hot, SHD_PI / 2 - 0.6 * width * (k % 3), 1.7 * k),
-                       up = lean(hot, beside[k % 4] * (double)t->cell_step, 2.4 * k);
+        double u[4];
+        share_out(k, u);
+        const shd_vec3 hot = hot_place(t, watched_at(t, all, u[0])),
+                       w = lean(hot, SHD_PI / 2 - 1.6 * width * u[1], 2 * SHD_PI * u[2]),
+                       up = lean(hot, (2 * u[3] - 1) * 0.8 * (double)t->cell_step, 2.4 * k);
         most = fmax(most, cut_off_by(map, t, w, up));
     }
     return most;
@@ -94,14 +120,14 @@ bool shd_measure_filter(const shd_surroundings *map, shd_prefilter *t,
     const double width = 1 / sqrt(fmax(t->exponent, 1));
     shd_vec3 places[PLACES];
     double table = 0, cut = 0, told[3], exact[3];
-    find_places(t, places);
+    find_places(t, width, places);
     for (int k = 0; k < PLACES; k++) {
         if (shd_is_cancelled(cancelled)) return false;
         const shd_vec3 w = places[k];
         shd_environment_integrate(map, t->exponent, w, w, exact);
         shd_prefilter_weigh(t, w, NULL, told);
         table = fmax(table, differ(told, exact));
-        if (!t->cell_rows) continue;
+        if (!t->cell_rows || k >= BANDS + SPREAD) continue;
         const shd_vec3 n = lean(w, fmin(heights[k % 4] * width, 1.2), 2.6 * k);
         cut = fmax(cut, cut_off_by(map, t, w, n));
     }

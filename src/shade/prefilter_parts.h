@@ -3,7 +3,13 @@
 
 #include "shade/prefilter.h"
 
-enum { SHD_KERNEL_TERMS = 7, SHD_CELL_LANES = 4, SHD_HOT_MOST = 128, SHD_HOT_PARTS = 8 };
+enum {
+    SHD_KERNEL_TERMS = 7,
+    SHD_CELL_LANES = 4,
+    SHD_HOT_MOST = 128,
+    SHD_WATCHED_MOST = 512,
+    SHD_HOT_PARTS = 8
+};
 
 /* Of a cell of the sphere: the direction of its middle, and the integral of radiance over it. Each
  * is an array of its own. */
@@ -33,9 +39,13 @@ static inline const float *shd_cells_of(const shd_prefilter *t) {
     return (const float *)(const void *)((const char *)t + t->cells_at);
 }
 
-/* [hot_count]: indices of cells, the one in which radiance differs most first. */
+/* [watched]: indices of cells, the one in which radiance differs most first, of which the first
+ * hot_count have smaller ones; and by how much it does, times their size. */
 static inline const uint32_t *shd_hot_of(const shd_prefilter *t) {
     return (const uint32_t *)(const void *)((const char *)t + t->hot_at);
+}
+static inline const float *shd_contrast_of(const shd_prefilter *t) {
+    return (const float *)(const void *)((const char *)t + t->contrast_at);
 }
 /* [hot_count][SHD_CELL_ROWS][hot_parts^2]: smaller cells of each. */
 static inline const float *shd_hot_cells_of(const shd_prefilter *t) {
@@ -46,6 +56,6 @@ static inline const float *shd_hot_cells_of(const shd_prefilter *t) {
 bool shd_make_cells(const shd_surroundings *map, shd_prefilter *t, const atomic_bool *cancelled);
 bool shd_filter_map(const shd_surroundings *map, shd_prefilter *t, const atomic_bool *cancelled,
                     void *scratch);
-size_t shd_filter_scratch(int columns);
+size_t shd_filter_scratch(double exponent, int columns);
 bool shd_measure_filter(const shd_surroundings *map, shd_prefilter *t,
                         const atomic_bool *cancelled);

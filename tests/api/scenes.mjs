@@ -117,8 +117,8 @@ const has = (value, test) => test(value) ||
 const member = (name, test = () => true) => value => value !== null && typeof value === "object" &&
     Object.hasOwn(value, name) && test(value[name]);
 
-// Nor can it say what patterns and pictures may not be with, nor environments: most scenes have what goes together,
-// and most meshes by name have one that is there.
+// Nor can it say what patterns and pictures may not be with, nor environments, nor which pictures there are: most
+// scenes have what goes together, and most meshes by name have one that is there.
 function calmScene(scene) {
     const calm = structuredClone(scene);
     const objects = Array.isArray(calm.objects) ? calm.objects : [];
@@ -143,7 +143,10 @@ function calmScene(scene) {
     const around = calm.lights.filter(light => light.type === "environment");
     if (around.length && others) calm.lights = calm.lights.filter(light => light.type !== "environment");
     else if (around.length) delete calm.spectral;
-    around.forEach((light, i) => { if (i) delete light.visible; });
+    around.forEach((light, i) => {
+        if (i) delete light.visible;
+        if (light.map !== "studio") light.map = "sky"; /* there are no pictures */
+    });
     return calm;
 }
 

@@ -72,8 +72,14 @@ def textured(name, **more):
     return {**SMALL, "objects": [{"type": "sphere", "material": {"diffuse": {"texture": name, **more}}}]}
 
 
+def around(*maps, **members):
+    lights = [{"type": "environment", "map": name, "visible": i == 0, **members} for i, name in enumerate(maps)]
+    return {**SMALL, "lights": lights}
+
+
 OPAQUE = file_of(NOISE[:, :, :3])
 CLEAR = file_of(NOISE)
+ROOM = file_of(NOISE[:24, :48, :3])
 
 
 class Test(Folder):
@@ -135,6 +141,33 @@ class AssetsTest(Test):
                          ["/a", "/b"])
         for name in ("brick.png", "../brick.png", "", "sha256-", "sha256-" + 64 * "A"):
             self.problem(self.diff(self.daemon, name, scene), 422, "scene", '"/a"')
+
+    def test_a_picture_lights_a_scene_and_is_behind_it(self):
+        room = np.zeros((32, 64, 3), np.uint8)
+        room[:, :32, 0], room[:, 32:, 2] = 200, 100
+        room, other = file_of(room), file_of(np.roll(room, 32, axis=1))
+        scene = around(name_of(room))
+        for missing in (scene, around(name_of(room), "studio")):
+            told = self.problem(self.daemon.post("/v1/render", missing), 409, "unknown-data", digest_of(room))
+            self.assertEqual([error["pointer"] for error in told["errors"]], ["/lights/0/map"])
+        self.put(self.daemon, room)
+        self.put(self.daemon, other)
+        picture = self.daemon.render(scene)
+        codes = np.array(Image.open(io.BytesIO(picture.body)).convert("RGB"), int)
+        # To the left of -z is -x. The sphere's left side is red, too, and its right side blue.
+        np.testing.assert_allclose(codes[:, 0], [[200, 0, 0]] * 12, atol=1)
+        np.testing.assert_allclose(codes[:, -1], [[0, 0, 100]] * 12, atol=1)
+        self.assertGreater(codes[6, 4, 0], 2 * codes[6, 4, 2])
+        self.assertGreater(codes[6, 11, 2], codes[6, 11, 0])
+        self.assertEqual(self.daemon.render(scene).headers["ETag"], picture.headers["ETag"])
+        self.assertNotEqual(self.daemon.render(around(name_of(other))).headers["ETag"], picture.headers["ETag"])
+        turned = self.daemon.render(around(name_of(other), rotate=180)).body
+        np.testing.assert_allclose(np.array(Image.open(io.BytesIO(turned)).convert("RGB"), int), codes, atol=1)
+        self.put(self.daemon, OPAQUE)
+        for name, words in ((name_of(OPAQUE), "64 by 48 pixels"), ("room.hdr", "no assets have names here"),
+                            ("../room.hdr", "no assets have names here"), ("stodio", '\\"studio\\"'),
+                            ("sha256-" + 64 * "A", "in lower case")):
+            self.problem(self.daemon.post("/v1/render", around(name)), 422, "scene", "/lights/0/map", words)
 
     def test_what_is_no_picture_is_refused(self):
         self.problem(self.put(self.daemon, OPAQUE, digest="0" * 64), 422, "asset", digest_of(OPAQUE))
@@ -216,6 +249,8 @@ class FolderTest(Test):
             same = self.diff(daemon, "brick.png", "brick.png")
             self.assertEqual(json.loads(same.body)["differing"], 0)
             self.problem(self.diff(daemon, "brik.png", "notes.txt"), 422, "scene", "brick.png", '"/b"')
+            (assets / "room.png").write_bytes(ROOM)
+            self.problem(daemon.post("/v1/render", around("room.png")), 422, "scene", "/lights/0/map", "unknown asset")
             (assets / "stone.png").write_bytes(CLEAR)
             (assets / "brick.png").write_bytes(CLEAR)
             self.problem(self.diff(daemon, "brick.png", "stone.png"), 422, "scene", "/b")
@@ -226,6 +261,19 @@ class FolderTest(Test):
             after, same = (daemon.render(textured(name)) for name in ("brick.png", "stone.png"))
             self.assertNotEqual(before.headers["ETag"], after.headers["ETag"])
             self.assertEqual(after.headers["ETag"], same.headers["ETag"])
+            self.problem(daemon.post("/v1/render", around("rom.png")), 422, "scene", "room.png")
+            named = daemon.render(around("room.png"))
+            # The same by its digest, and on the command line.
+            self.put(daemon, ROOM)
+            self.assertEqual(daemon.render(around(name_of(ROOM))).headers["ETag"], named.headers["ETag"])
+            drawn = subprocess.run([SHADE, "render", "--assets", assets, "-", "-o", "-"], env=environment(), check=True,
+                                   input=json.dumps(around("room.png")).encode(), capture_output=True).stdout
+            self.assertEqual(drawn, named.body)
+            # A file that has changed is another map, when it is looked at again.
+            (assets / "room.png").write_bytes(file_of(NOISE[:32, :, :3]))
+            daemon.signal(signal.SIGHUP)
+            wait_until(lambda: len(daemon.events("reloaded")) == 2)
+            self.assertNotEqual(daemon.render(around("room.png")).headers["ETag"], named.headers["ETag"])
         done = subprocess.run([BUILD / "shaded", "--listen", "127.0.0.1:0", "--admin", "off", "--assets",
                                self.folder / "none"], capture_output=True, check=False, env=environment())
         self.assertEqual(done.returncode, 1)

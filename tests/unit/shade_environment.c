@@ -175,6 +175,53 @@ static void tables_keep_their_bounds(void **state) {
     }
 }
 
+/* Maps on which a table is as far off as can be, at horizons through what is bright in them. */
+static void tables_of_hostile_maps_keep_their_bounds(void **state) {
+    (void)state;
+    enum { H = 64, W = 2 * H };
+    static float texels[3 * W * H];
+    static const double exponents[] = {5, 24, 5, 70};
+    for (int kind = 0; kind < 4; kind++) {
+        const double n = exponents[kind];
+        for (int j = 0; j < H; j++)
+            for (int i = 0; i < W; i++) {
+                const bool sun = i == W / 3 && j == H / 3, stars = j == H / 2 && i % 2,
+                           squares = (i / 3 + j / 3) % 2,
+                           bright = kind < 2    ? sun
+                                    : kind == 2 ? stars
+                                                : squares;
+                for (int c = 0; c < 3; c++)
+                    texels[3 * (j * W + i) + c] = bright ? (kind < 3 ? 1e4F : 1) : 0.05F * (float)c;
+            }
+        shd_surroundings map = {.name = "a", .key = "a", .width = W, .height = H, .texels = texels};
+        assert_true(shd_surroundings_measure(&map, true));
+        shd_prefilter *table = make_table(&map, n, true);
+        double worst = 0, cut = 0;
+        for (int i = 0; i < 120; i++) {
+            const double row = kind < 2    ? H / 3.0
+                               : kind == 2 ? H / 2.0
+                                           : 1 + (H - 2) * uniform(),
+                         column = kind < 2 ? W / 3 : W * uniform();
+            const shd_vec3 spot = direction(SHD_PI * (row + 0.2 + 0.6 * uniform()) / H,
+                                            2 * SHD_PI * (column + 0.2 + 0.6 * uniform()) / W),
+                           w = lean(spot, SHD_PI / 2 - 1.5 * uniform() / sqrt(n), 7 * uniform()),
+                           normal = lean(spot, 1.5 * SHD_PI / H * (uniform() - 0.5), 7 * uniform());
+            double found[3], exact[3];
+            shd_prefilter_weigh(table, w, NULL, found);
+            shd_environment_integrate(&map, n, w, w, exact);
+            worst = fmax(worst, differ(found, exact));
+            shd_prefilter_cut(table, w, normal, found);
+            shd_environment_integrate(&map, n, w, shd_scale(normal, -1), exact);
+            cut = fmax(cut, differ(found, exact));
+        }
+        print_message("hostile map %d n %g: off %.2g of what is told, and of the cut %.2g\n", kind,
+                      n, worst / table->error, cut / table->cut_error);
+        assert_true(worst <= table->error && cut <= table->cut_error);
+        assert_true(table->error + table->cut_error < 0.02 * shd_surroundings_most(&map, n));
+        free(table);
+    }
+}
+
 /* No direction gets more than what bounds count on, and not much less at the brightest. */
 static void the_most_is_no_less_than_any(void **state) {
     (void)state;
@@ -199,6 +246,7 @@ int main(void) {
         cmocka_unit_test(a_sun_that_sets_is_as_all_texels),
         cmocka_unit_test(an_even_map_gives_closed_forms),
         cmocka_unit_test(tables_keep_their_bounds),
+        cmocka_unit_test(tables_of_hostile_maps_keep_their_bounds),
         cmocka_unit_test(the_most_is_no_less_than_any),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -144,12 +144,13 @@ static void say_lamps(json_t *words, const shd_plan *plan) {
         double off;
         if (around) {
             const char *method = shd_around_method(plan, j, &off);
-            say_line(
-                words,
-                "Light %zu (environment, \"%s\"): by %s, off by at most %.1e of what it adds at "
-                "most%s.",
-                plan->lights[j].index, around->map->name, method, off,
-                strcmp(method, "tables") ? "" : ", as measured when they were made");
+            say_line(words,
+                     "Light %zu (environment, \"%s\", %d by %d texels): by %s, off by at most %.1e "
+                     "of what "
+                     "it adds at most%s.",
+                     plan->lights[j].index, around->map->name, around->map->width,
+                     around->map->height, method, off,
+                     strcmp(method, "tables") ? "" : ", as measured when they were made");
             told++;
         }
         if (!light) continue;

@@ -7,7 +7,6 @@
 #endif
 #include <nettle/sha2.h>
 
-#include "scene/surroundings.h"
 #include "shade/lighting.h"
 
 /* ---- Keys. ---- */
@@ -103,11 +102,6 @@ static void put_light(hash *h, const shd_plan_light *light) {
     put_vec(h, light->toward);
     put_vec(h, light->axis);
     put_numbers(h, light->color, 3);
-    if (light->environment) {
-        put_bytes(h, light->environment->map->name, strlen(light->environment->map->name) + 1);
-        put_numbers(h, &light->environment->turn, 1);
-        for (int c = 0; c < 3; c++) put_numbers(h, light->environment->of_map[c], 3);
-    }
     const double numbers[] = {
         light->a,     light->b,     light->c,       light->gain, light->min_distance,
         light->outer, light->inner, light->exponent};
@@ -132,12 +126,8 @@ static void put_textures(hash *h, const shd_plan_textures *textures) {
 }
 
 static void put_lights(hash *h, const shd_plan *plan) {
-    const uint64_t counts[] = {plan->tier,
-                               plan->grey_lights,
-                               plan->light_count,
-                               plan->group_count,
-                               plan->scene->light_count /* lobes are cut by it */,
-                               plan->glows != NULL};
+    const uint64_t counts[] = {plan->tier, plan->grey_lights, plan->light_count, plan->group_count,
+                               plan->scene->light_count /* lobes are cut by it */};
     put_bytes(h, counts, sizeof counts);
     for (size_t j = 0; j < plan->light_count; j++) put_light(h, &plan->lights[j]);
     for (size_t g = 0; g < plan->group_count; g++) {
@@ -165,7 +155,8 @@ static shd_reuse_key key_of(const hash *h) {
     return key;
 }
 
-/* The keys of all that hits and fragments depend on. False: they are not kept. */
+/* The keys of all that hits and fragments depend on. False: they are not kept, as are none of an
+ * extended plan, whose tier is the exact one. */
 static bool find_keys(const shd_plan *plan, shd_reuse_key *geometry, shd_reuse_key *light) {
     const shd_scene *scene = plan->scene;
     if (plan->tier == SHD_EXACT || plan->plane_count > 1 || plan->drop_tolerance > 0) return false;

@@ -60,8 +60,9 @@ export class Form {
         if (kind === "direction") return sphere(title, { ...tell, basis: this.basis, kind: name === "up" ? "up" : "travels" });
         if (size) return controls.vector(title, size, { ...tell, isWhole: schema.items?.type === "integer", names: NAMES[name] });
         if (kind === "string") return controls.text(title, tell);
-        const metals = (schema.anyOf ?? []).map(one => this.schema.of(one)).find(one => one.enum)?.enum;
-        return controls.json(title, { ...tell, options: metals });
+        const choices = (schema.anyOf ?? []).map(one => this.schema.of(one)), options = choices.find(one => one.enum)?.enum;
+        const isText = choices.length && choices.every(one => one.type === "string");
+        return (isText ? controls.text : controls.json)(title, { ...tell, options });
     }
 
     #group(title, rows) {
