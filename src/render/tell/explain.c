@@ -234,7 +234,7 @@ static json_t *tell_all(const shd_explained *e, json_t *words) {
     const int samples = plan->scene->raster.samples;
     return json_pack(
         "{so ss ss ss so so so so so si si sb so s{si ss} so so so so so*}", "asked",
-        tell_accuracy(&plan->scene->accuracy), "tier", shd_tier_names[plan->tier], "kernel",
+        tell_accuracy(&plan->scene->accuracy), "tier", shd_plan_tier_name(plan), "kernel",
         shd_isa_name(plan->isa), "plan", plan->summary, "bound", tell_bounds(e), "milliseconds",
         tell_cost(&e->cost), "terms", tell_terms(plan), "lights", tell_lights(plan), "materials",
         tell_materials(plan), "lightChannels", plan->grey_lights ? 1 : 3, "channels",
