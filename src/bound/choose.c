@@ -287,7 +287,7 @@ shd_status shd_choose(const shd_plan *draft, const shd_shown *shown, const shd_k
     shd_choice choice = {.plan = draft,
                          .tier = draft->extended ? SHD_EXACT : accuracy->tier,
                          .by_quadrature = !accuracy->budget && accuracy->tier == SHD_EXACT,
-                         .mean_off = shd_plan_mean_off(draft)};
+                         .mean_off = accuracy->draft ? shd_plan_draft_off(draft) : 0};
     const shd_status status = accuracy->budget ? meet_budget(&choice, shown, costs, arena, error)
                               : find_bound(&choice, shown, arena) ? SHD_OK
                                                                   : SHD_MEMORY;

@@ -25,4 +25,4 @@ typedef struct shd_pattern_spread {
 
 /* What one sample at the center of a pixel may be off the mean of all of its samples, in linear
  * light, where `draft` takes it instead of them. */
-static const double SHD_DRAFT_OFF = 0x1p-9;
+static const double SHD_DRAFT_OFF = 0x1p-10;

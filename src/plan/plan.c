@@ -221,10 +221,9 @@ bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_aren
     return true;
 }
 
-double shd_plan_mean_off(const shd_plan *plan) {
+double shd_plan_draft_off(const shd_plan *plan) {
     const shd_scene *scene = plan->scene;
-    if (!scene->accuracy.draft || scene->raster.samples == 1) return 0;
-    if (plan->extended || plan->plane_count > 1) return 0;
+    if (scene->raster.samples == 1 || plan->extended || plan->plane_count > 1) return 0;
     for (int k = SHD_LAYER_NORMAL; k < SHD_LAYER_KINDS; k++)
         if (plan->wants[k]) return 0;
     for (size_t o = 0; o < scene->object_count; o++) {

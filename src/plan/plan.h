@@ -154,8 +154,9 @@ typedef struct shd_plan {
     /* What a light with a shape may be off as a point, of the most that it adds, under a budget of
      * linear error; 0: no more than rounding. */
     double point_off;
-    /* What one sample at a pixel's center, which `draft` takes where a surface is smooth, may be off
-     * the mean of all samples, in linear light (bound/light/means.h). 0: all samples are taken. */
+    /* What one sample at a pixel's center, which `draft` takes where a surface is smooth, may be
+     * off the mean of all samples, in linear light (bound/light/means.h). 0: all samples are taken.
+     */
     double mean_off;
     shd_bound bound; /* of the picture's error, which counts all of these */
     bool whole;      /* as shd_plan_draft has it */
@@ -275,10 +276,10 @@ void shd_print_bound(double bound, double most, char out[SHD_BOUND_TEXT]);
 /* The same of the plan's bound: within the budget if the plan has one in that metric. */
 void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_BOUND_TEXT]);
 
-/* What `draft` may be off by taking one sample where a surface is smooth (plan->mean_off). 0: it
- * renders as `standard`, because the document asks for another tier, for one sample or for layers,
- * or has no sphere or plane with Phong's model whose light could be told to be smooth. */
-double shd_plan_mean_off(const shd_plan *plan);
+/* What `draft` would be off by taking one sample where a surface is smooth (plan->mean_off), if it
+ * is asked for or not. 0: it renders as `standard`, because the document wants one sample or
+ * layers, or has no sphere or plane whose light could be told to be smooth. */
+double shd_plan_draft_off(const shd_plan *plan);
 
 /* What the plan's tier is called: `draft` if it takes fewer samples. */
 const char *shd_plan_tier_name(const shd_plan *plan);

@@ -1,8 +1,8 @@
 /* With d a ray's unit direction, c = N.V = -N.d and ' the derivative along any unit step of pixels:
  *
  * Perspective. d is w / |w| of a w that is linear in the pixel, |w'| <= s. So d' is at right angles
- * to d, |d'| <= s / |w|, and the part of d'' at right angles to d is -2 (d.w') w'_ / |w|^2 (w'_ that
- * part of w'), which is no longer than (s / |w|)^2; its part along d is -|d'|^2 d.
+ * to d, |d'| <= s / |w|, and the part of d'' at right angles to d is -2 (d.w') w'_ / |w|^2 (w'_
+ * that part of w'), which is no longer than (s / |w|)^2; its part along d is -|d'|^2 d.
  *
  * A sphere of radius 1 around the origin. N = eye + t d. From N.N' = 0, N' is t d' moved along d
  * into the tangent plane, which stretches what is at right angles to d by 1 / c at most:
@@ -77,9 +77,7 @@ static void set_slopes(const beam *b, double t, double cosine, double size, doub
                        shd_bend *out) {
     const double off = b->orthographic ? b->step / size : t * b->turn, first = off / cosine,
                  sine = sqrt(1 - fmin(1, cosine * cosine)),
-                 moved = b->orthographic
-                             ? 0
-                             : 2 * first * sine * b->turn + off * b->turn,
+                 moved = b->orthographic ? 0 : 2 * first * sine * b->turn + off * b->turn,
                  second = (moved + curve * first * first) / cosine;
     out->points = (shd_slopes){size * first, size * second};
     out->normals = (shd_slopes){curve * first, curve * second};
@@ -130,8 +128,8 @@ static bool bend_plane(const shd_sight *sight, const shd_item *it, const beam *b
     const double straight = -shd_dot(normal, b->way);
     if (!(straight > LEAST_COSINE) || !(height > 1e-6 * shd_length(eye) + 2 * b->aside))
         return false;
-    const double cosine = straight * b->cosine -
-                          sqrt(1 - fmin(1, straight * straight)) * b->sine - SLACK;
+    const double cosine =
+        straight * b->cosine - sqrt(1 - fmin(1, straight * straight)) * b->sine - SLACK;
     if (!(cosine > LEAST_COSINE)) return false;
     out->normal = normal;
     out->point = shd_madd(shd_add(it->to_world.origin, eye), b->way, height / straight);

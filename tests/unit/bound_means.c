@@ -67,7 +67,8 @@ static void set_camera(stage *s, uint64_t *random) {
     c->projection = uniform(random, 0, 1) < 0.3 ? SHD_ORTHOGRAPHIC : SHD_PERSPECTIVE;
     /* From a pixel of a thousandth of what is seen to one of a tenth. */
     const double span = size / decades(random, 10, 1000),
-                 step = c->projection == SHD_ORTHOGRAPHIC ? span : fmin(span / (away - 0.9 * size), 0.05);
+                 step = c->projection == SHD_ORTHOGRAPHIC ? span
+                                                          : fmin(span / (away - 0.9 * size), 0.05);
     s->sight.lens = (shd_lens){.camera = c,
                                .width = WIDTH,
                                .height = HEIGHT,
@@ -109,15 +110,14 @@ static void set_light(stage *s, shd_plan_light *l, const shd_bend *bend, uint64_
     /* Toward the surface's front, its edge, or anywhere. */
     const double lean = uniform(random, 0, 1);
     shd_vec3 toward = any_direction(random);
-    toward = lean < 0.4 ? shd_add(toward, shd_scale(bend->normal, 1.2))
-             : lean < 0.6
-                 ? shd_madd(toward, bend->normal,
-                            -shd_dot(toward, bend->normal) + uniform(random, -0.05, 0.05))
-             : lean < 0.8 ? shd_madd(shd_sub(shd_scale(bend->normal,
-                                                       2 * shd_dot(bend->normal, bend->view)),
-                                             bend->view),
-                                     toward, decades(random, 1e-3, 0.3))
-                          : toward;
+    toward = lean < 0.4   ? shd_add(toward, shd_scale(bend->normal, 1.2))
+             : lean < 0.6 ? shd_madd(toward, bend->normal,
+                                     -shd_dot(toward, bend->normal) + uniform(random, -0.05, 0.05))
+             : lean < 0.8
+                 ? shd_madd(shd_sub(shd_scale(bend->normal, 2 * shd_dot(bend->normal, bend->view)),
+                                    bend->view),
+                            toward, decades(random, 1e-3, 0.3))
+                 : toward;
     shd_normalize(toward, &toward);
     if (l->directional) {
         l->toward = toward;
@@ -149,8 +149,8 @@ static void set_plan(stage *s, const shd_bend *bend, uint64_t *random) {
     for (int c = 0; c < 3; c++) s->material.diffuse[c] = uniform(random, 0, 1);
     s->material.lobe_count = (size_t)uniform(random, 0, MOST_LOBES + 0.99);
     for (size_t k = 0; k < s->material.lobe_count; k++) {
-        s->lobes[k].shininess = uniform(random, 0, 1) < 0.1 ? floor(uniform(random, 0, 4))
-                                                           : decades(random, 0.3, 1e4);
+        s->lobes[k].shininess =
+            uniform(random, 0, 1) < 0.1 ? floor(uniform(random, 0, 4)) : decades(random, 0.3, 1e4);
         for (int c = 0; c < 3; c++) s->lobes[k].specular[c] = uniform(random, 0, 1);
     }
     s->group = (shd_plan_group){.lights = s->list,
@@ -256,7 +256,8 @@ static double least_told(const stage *s, const shd_bend *bend, const shd_pattern
     return high;
 }
 
-/* How far a vector is from another one may be no more than its slopes say, anywhere in the block. */
+/* How far a vector is from another one may be no more than its slopes say, anywhere in the block.
+ */
 static void check_bend(const stage *s, const shd_bend *bend, uint64_t seed) {
     const shd_tile *rect = &s->survey.rect;
     for (int k = 0; k < 4; k++) {

@@ -33,13 +33,14 @@ static smooth times(smooth a, smooth b) {
 
 /* How light comes in. */
 typedef struct incidence {
-    shd_vec3 way; /* unit: toward the light, at the block's middle */
+    shd_vec3 way;  /* unit: toward the light, at the block's middle */
     double turned; /* no direction in the block is farther from it */
     shd_slopes ways;
     smooth fall; /* the attenuation */
 } incidence;
 
-/* exp(-x) <= (1 + x / 64)^-64 for x >= 0: no function of a library that others may have otherwise. */
+/* exp(-x) <= (1 + x / 64)^-64 for x >= 0: no function of a library that others may have otherwise.
+ */
 static double most_exp(double x) {
     double power = 1 / (1 + x * 0x1p-6);
     for (int i = 0; i < 6; i++) power *= power;
@@ -63,8 +64,8 @@ static bool bend_fall(const shd_plan_light *light, double near, double far, shd_
     return true;
 }
 
-/* False: it may not be smooth. Then only what does not tell of derivatives is known; the most of the
- * attenuation is infinite if nothing is. */
+/* False: it may not be smooth. Then only what does not tell of derivatives is known; the most of
+ * the attenuation is infinite if nothing is. */
 static bool find_incidence(const shd_plan_light *light, const shd_bend *bend, incidence *out) {
     *out = (incidence){.way = light->toward, .fall = {INFINITY, 0, 0}};
     if (light->directional) {
@@ -120,9 +121,9 @@ static double err_diffuse(const lighting *l, const shd_bend *bend,
     double error = product.second / 2 * spread->square;
     /* Of o a sample's distance, o^2 is 1/2 at most, and the mean of o^4 half of that of o^2. */
     if (l->turns)
-        error += (product.first * sqrt(spread->along) +
-                  product.second / 2 * sqrt(spread->square / 2)) /
-                 2;
+        error +=
+            (product.first * sqrt(spread->along) + product.second / 2 * sqrt(spread->square / 2)) /
+            2;
     return shd_smaller(all, error);
 }
 
@@ -177,9 +178,8 @@ bool shd_mean_is_central(const shd_plan *plan, const shd_bend *bend,
     const shd_vec3 n = bend->normal, v = bend->view,
                    mirror = shd_sub(shd_scale(n, 2 * shd_dot(n, v)), v);
     const double n1 = bend->normals.first, v1 = bend->views.first;
-    const shd_slopes mirrors = {2 * n1 + v1,
-                                4 * (bend->normals.second + n1 * v1 + (n1 + v1) * n1) +
-                                    bend->views.second};
+    const shd_slopes mirrors = {2 * n1 + v1, 4 * (bend->normals.second + n1 * v1 + (n1 + v1) * n1) +
+                                                 bend->views.second};
     double err[3] = {0, 0, 0};
     for (size_t k = 0; k < group->light_count; k++) {
         add_light(material, &plan->lights[group->lights[k]], bend, mirror, mirrors, spread, err);

@@ -51,7 +51,8 @@ static void say_tier(json_t *words, const shd_explained *e) {
             "and spectra.",
             tier);
     else if (strcmp(tier, shd_asked_tier(accuracy)))
-        say_line(words, "Tier %s, with %s kernels: %s was asked for, which takes fewer "
+        say_line(words,
+                 "Tier %s, with %s kernels: %s was asked for, which takes fewer "
                  "samples only of spheres and planes, where there are several and no layers.",
                  tier, isa, shd_asked_tier(accuracy));
     else
@@ -289,14 +290,14 @@ static void say_outputs(json_t *words, const shd_explained *e) {
 
 static void say_tiers(json_t *words, const shd_explained *e) {
     if (e->plan->extended) return; /* the others are the same */
-    for (int t = 0; t <= SHD_EXACT; t++) {
-        const shd_cost *c = &e->costs[t];
+    for (int t = 0; t < e->tier_count; t++) {
+        const shd_told_tier *tier = &e->tiers[t];
         char linear[SHD_BOUND_TEXT] = "an unknown sum";
-        if ((shd_tier)t == e->plan->tier) continue;
-        if (isfinite(e->bounds[t].linear)) shd_print_bound(e->bounds[t].linear, INFINITY, linear);
+        if (!strcmp(tier->name, shd_plan_tier_name(e->plan))) continue;
+        if (isfinite(tier->bound.linear)) shd_print_bound(tier->bound.linear, INFINITY, linear);
         say_line(words,
                  "Tier %s would take about %.2g ms and err by at most %s in linear components.",
-                 shd_tier_names[t], c->total, linear);
+                 tier->name, tier->cost.total, linear);
     }
 }
 

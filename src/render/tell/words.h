@@ -12,6 +12,13 @@ typedef struct shd_cost {
     double visibility, shade, shadow, trace, color, encode, total;
 } shd_cost;
 
+/* A tier, as if it had been asked for. */
+typedef struct shd_told_tier {
+    const char *name;
+    shd_bound bound;
+    shd_cost cost;
+} shd_told_tier;
+
 typedef struct shd_explained {
     const shd_plan *plan;
     const shd_shown *shown; /* [output_count] */
@@ -23,8 +30,8 @@ typedef struct shd_explained {
     shd_paths paths;
     double cut;      /* of linear components, by what is not traced further; infinite: not known */
     double estimate; /* shd_linear_estimate's */
-    shd_bound bounds[SHD_EXACT + 1]; /* of each tier, as if it had been asked for */
-    shd_cost costs[SHD_EXACT + 1];
+    shd_told_tier tiers[SHD_EXACT + 2]; /* those that differ, the cheapest first */
+    int tier_count;
 } shd_explained;
 
 enum { SHD_UNBOUNDED_TOLD = 100 };

@@ -87,7 +87,7 @@ static void put_geometry(hash *h, const shd_plan *plan) {
                            raster->w,     raster->h,      raster->samples};
     put_bytes(h, numbers, sizeof numbers);
     put_count(h, plan->split_positions);
-    if (plan->charted) put_count(h, UINT64_MAX); /* hits tell of triangles */
+    if (plan->charted) put_count(h, UINT64_MAX);          /* hits tell of triangles */
     if (plan->mean_off > 0) put_count(h, UINT64_MAX - 1); /* smooth blocks have fewer */
     put_count(h, scene->object_count);
     for (size_t o = 0; o < scene->object_count; o++)

@@ -79,9 +79,9 @@ static void list_rows(shd_tile tile, shd_tile_scratch *s, size_t samples) {
         }
     s->bundle_count = 0;
     for (size_t first = 0, step = shd_pixels_at_once(samples); first < count; first += step)
-        s->bundles[s->bundle_count++] = (shd_bundle){
-            (uint16_t)first, (uint16_t)(count - first < step ? count - first : step),
-            (uint16_t)samples, NULL};
+        s->bundles[s->bundle_count++] =
+            (shd_bundle){(uint16_t)first, (uint16_t)(count - first < step ? count - first : step),
+                         (uint16_t)samples, NULL};
 }
 
 void shd_list_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s) {
