@@ -27,9 +27,9 @@ static void add_plan(weight *w, const shd_plan *plan, double seconds, bool is_fi
 static void tell_weight(const weight *w, shd_contact_sheet *sheet) {
     const char *before = "; error<=";
     const size_t room = sizeof sheet->told;
-    size_t length = (size_t)snprintf(sheet->told, room, "tier=%s; %s=%zu",
-                                     w->mixed ? "mixed" : w->tier,
-                                     sheet->turns ? "frames" : "sheet", sheet->count);
+    size_t length =
+        (size_t)snprintf(sheet->told, room, "tier=%s; %s=%zu", w->mixed ? "mixed" : w->tier,
+                         sheet->turns ? "frames" : "sheet", sheet->count);
     for (shd_metric metric = SHD_LINEAR; metric <= SHD_DELTA_E_2000; metric++) {
         char number[SHD_BOUND_TEXT];
         if (!isfinite(shd_bound_in(&w->bound, metric))) continue;
