@@ -227,6 +227,16 @@ static double light_of(const shd_plan *plan, size_t index, const shd_kernel_cost
     return sum;
 }
 
+/* The samples of a pixel that shows the object, on the average: where a surface is smooth, some in
+ * three of four pixels of a ball or a plane take one. */
+static double samples_of(const shd_plan *plan, const shd_object *object) {
+    static const double SMOOTH = 0.75;
+    const double samples = plan->scene->raster.samples;
+    const bool bends =
+        plan->mean_off > 0 && (object->shape == SHD_SPHERE || object->shape == SHD_PLANE);
+    return bends ? samples - SMOOTH * (samples - 1) : samples;
+}
+
 const shd_kernel_cost *shd_plan_kernel_costs(const shd_plan *plan) {
     return shd_kernel_costs[plan->isa];
 }
@@ -234,7 +244,6 @@ const shd_kernel_cost *shd_plan_kernel_costs(const shd_plan *plan) {
 shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_kernel_cost *costs) {
     const shd_scene *scene = plan->scene;
     const double all = (double)scene->raster.width * scene->raster.height;
-    const double samples = scene->raster.samples;
     const double factor = light_factor(plan, costs, tier);
     const shd_paths paths = shd_find_paths(plan);
     const double per_length = pixels_of(scene);
@@ -243,6 +252,7 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
     for (size_t i = 0; i < scene->object_count; i++) {
         const shd_object *object = &scene->objects[i];
         const outline o = outline_of(plan, i, per_length);
+        const double samples = samples_of(plan, object);
         covered += o.area / all;
         cost.rays += samples * o.met / all * cast_of(plan, object, &o, tier);
         cost.light += samples * o.area / all * light_of(plan, i, &costs[tier], factor, tier);

@@ -34,10 +34,14 @@ void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_
     shd_print_bound(shd_bound_in(&plan->bound, metric), met ? accuracy->max_error : INFINITY, out);
 }
 
+const char *shd_plan_tier_name(const shd_plan *plan) {
+    return plan->mean_off > 0 ? "draft" : shd_tier_names[plan->tier];
+}
+
 bool shd_plan_summarize(shd_plan *plan, shd_arena *arena) {
     char text[224]; /* of 215 at most */
     const shd_accuracy *accuracy = &plan->scene->accuracy;
-    const char *tier = shd_tier_names[plan->tier], *asked = shd_asked_tier(accuracy);
+    const char *tier = shd_plan_tier_name(plan), *asked = shd_asked_tier(accuracy);
     const bool other = !accuracy->budget && strcmp(asked, tier);
     int length =
         snprintf(text, sizeof text, "tier=%s%s%s; lights=%zu/%zu", tier, other ? "; asked=" : "",

@@ -1,6 +1,7 @@
 /* What the cells of a sheet, or the frames of a turntable, will take and have taken. */
 #include <math.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "render/planning.h"
 #include "render/sheet.h"
@@ -9,14 +10,15 @@ typedef struct weight {
     double seconds;
     shd_bound bound; /* the worst of each kind */
     bool mixed;      /* tiers are several */
-    shd_tier tier;
+    const char *tier;
 } weight;
 
 static void add_plan(weight *w, const shd_plan *plan, double seconds, bool is_first) {
     const shd_bound *b = &plan->bound;
     w->seconds += seconds;
-    w->mixed = w->mixed || (!is_first && plan->tier != w->tier);
-    w->tier = plan->tier;
+    const char *tier = shd_plan_tier_name(plan);
+    w->mixed = w->mixed || (!is_first && strcmp(tier, w->tier) != 0);
+    w->tier = tier;
     w->bound = (shd_bound){.linear = fmax(w->bound.linear, b->linear),
                            .code = fmax(w->bound.code, b->code),
                            .delta_e = fmax(w->bound.delta_e, b->delta_e)};
@@ -25,9 +27,9 @@ static void add_plan(weight *w, const shd_plan *plan, double seconds, bool is_fi
 static void tell_weight(const weight *w, shd_contact_sheet *sheet) {
     const char *before = "; error<=";
     const size_t room = sizeof sheet->told;
-    size_t length = (size_t)snprintf(sheet->told, room, "tier=%s; %s=%zu",
-                                     w->mixed ? "mixed" : shd_tier_names[w->tier],
-                                     sheet->turns ? "frames" : "sheet", sheet->count);
+    size_t length =
+        (size_t)snprintf(sheet->told, room, "tier=%s; %s=%zu", w->mixed ? "mixed" : w->tier,
+                         sheet->turns ? "frames" : "sheet", sheet->count);
     for (shd_metric metric = SHD_LINEAR; metric <= SHD_DELTA_E_2000; metric++) {
         char number[SHD_BOUND_TEXT];
         if (!isfinite(shd_bound_in(&w->bound, metric))) continue;

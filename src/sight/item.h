@@ -104,7 +104,7 @@ struct shd_sight {
     const uint32_t *bands;
     uint32_t *banded;
     int band_count;
-    double offset_x[64], offset_y[64]; /* the sample pattern */
+    double offset_x[65], offset_y[65]; /* the sample pattern, and shd_center_sample */
 };
 
 /* The size of each component. */

@@ -264,6 +264,8 @@ shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd
         .count = scene->object_count};
     for (int i = 0; i < scene->raster.samples; i++)
         shd_sample_offset(i, scene->raster.samples, &sight->offset_x[i], &sight->offset_y[i]);
+    const size_t center = shd_center_sample((size_t)scene->raster.samples);
+    sight->offset_x[center] = sight->offset_y[center] = 0.5;
     for (size_t i = 0; i < scene->object_count; i++) {
         shd_status status = make_item(sight, i, arena, error);
         if (status != SHD_OK) return status;

@@ -68,6 +68,11 @@ void shd_survey_further(const shd_sight *sight, shd_survey *survey, size_t block
 
 /* ---- Casting. ---- */
 
+/* The sample of a shot through a pixel's center, beside a pattern of so many. */
+static inline size_t shd_center_sample(size_t samples) {
+    return samples;
+}
+
 /* Casts the shots at the candidates and appends the hits to `out`, which must have room for
  * shots->count more. Returns how many there were. Candidates are all objects that the shots may
  * hit, and any others, in any order, which matters only to three surfaces that lie in each other

@@ -256,7 +256,7 @@ static void check_tier(worker *w, const picture *exact, const char *accuracy, co
                 if (is[k] > 0) w->counts.share[1 + k] = fmax(w->counts.share[1 + k], is[k] / room);
                 if (is[k] <= room) continue;
                 found(w, "{%s}, drawn as %s, is off by %.4g %s, stated %.4g; most near (%d, %d)",
-                      accuracy, shd_tier_names[other.request->rendering.plan->tier], is[k],
+                      accuracy, shd_plan_tier_name(other.request->rendering.plan), is[k],
                       shd_metric_names[k], room, (int)(at % (size_t)width),
                       (int)(at / (size_t)width));
             }

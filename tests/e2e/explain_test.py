@@ -73,17 +73,35 @@ class Http(unittest.TestCase):
             self.assertEqual(match.groups(), (told["tier"], str(told["lights"]["used"]),
                                               str(told["lights"]["given"])))
 
-    def test_draft_renders_as_standard_and_says_so(self):
-        draft, standard = ({**SCENE, "accuracy": {"tier": tier}} for tier in ("draft", "standard"))
-        told = self.explain(draft)
-        self.assertEqual((told["asked"], told["tier"]), ({"tier": "draft"}, "standard"))
-        self.assertTrue(told["words"][0].endswith(
-            "kernels: draft was asked for, and would not be faster."), told["words"][0])
-        pictures = [self.daemon.render(scene) for scene in (draft, standard)]
-        self.assertEqual(pictures[0].body, pictures[1].body)
-        plans = [picture.headers["Shaded-Plan"] for picture in pictures]
-        self.assertEqual(plans[0], plans[1].replace("; lights", "; asked=draft; lights"))
-        self.assertEqual([tier["tier"] for tier in told["tiers"]], ["standard", "exact"])
+    def test_draft_takes_fewer_samples_and_says_so(self):
+        told = self.explain({**SCENE, "accuracy": {"tier": "draft"}})
+        self.assertEqual((told["asked"], told["tier"]), ({"tier": "draft"}, "draft"))
+        self.assertEqual(told["samples"], {"pixel": 4, "pattern": "mixed"})
+        self.assertEqual(told["leftOut"]["samples"], 2 ** -10)
+        self.assertIn("kernels, as asked for.", told["words"][0])
+        self.assertTrue(any("one at the center" in line for line in told["words"]))
+        draft, standard, _ = told["tiers"]
+        self.assertEqual((draft["tier"], draft["bound"]["linear"]),
+                         ("draft", told["bound"]["linear"]["most"]))
+        self.assertGreater(draft["bound"]["linear"], 2 ** -10)
+        for stage in ("visibility", "shade"):
+            self.assertLess(draft["milliseconds"][stage], standard["milliseconds"][stage])
+
+    def test_draft_is_standard_where_it_knows_no_better_and_says_so(self):
+        image = {**SCENE["image"], "samples": 1}
+        for change in ({"image": image}, {"objects": [{"type": "torus"}]}, {"interpolation": "flat"},
+                       {"output": {"format": "exr", "layers": ["beauty", "diffuse"]}}):
+            with self.subTest(**change):
+                draft, standard = ({**SCENE, **change, "accuracy": {"tier": tier}}
+                                   for tier in ("draft", "standard"))
+                told = self.explain(draft)
+                self.assertEqual((told["asked"], told["tier"]), ({"tier": "draft"}, "standard"))
+                self.assertIn("draft was asked for, which takes fewer samples only", told["words"][0])
+                pictures = [self.daemon.render(scene) for scene in (draft, standard)]
+                self.assertEqual(pictures[0].body, pictures[1].body)
+                plans = [picture.headers["Shaded-Plan"] for picture in pictures]
+                self.assertEqual(plans[0], plans[1].replace("; lights", "; asked=draft; lights"))
+                self.assertEqual([tier["tier"] for tier in told["tiers"]], ["standard", "exact"])
 
     def test_estimates_count_objects_however_small_and_the_kernel(self):
         def visibility(objects, samples=16):
@@ -198,7 +216,9 @@ class Http(unittest.TestCase):
 
     def test_compare_tells_bounds_that_hold(self):
         answer = self.daemon.post("/v1/compare", SCENE)
-        for tier in json.loads(answer.body)["tiers"]:
+        tiers = json.loads(answer.body)["tiers"]
+        self.assertEqual([tier["tier"] for tier in tiers], ["draft", "standard", "exact"])
+        for tier in tiers:
             self.assertLessEqual(tier["error"]["linear"]["max"], tier["bound"]["linear"])
             self.assertLessEqual(tier["error"]["code"]["max"], tier["bound"]["code"])
             self.assertLessEqual(tier["error"]["deltaE2000"]["max"], tier["bound"]["deltaE2000"])

@@ -54,6 +54,8 @@ FEATURES = {
                  ["shd_textured_weigh", "shd_textured_sums", "shd_pattern_mean",
                   "shd_chart_footprint"]),
     "ambient light": ({**SPHERE, "ambient": 0.2}, ["shd_read_color"]),
+    "draft": ({**SPHERE, "image": {"width": 64, "height": 64, "samples": 4}, "accuracy": {"tier": "draft"}},
+              ["shd_mean_is_central", "shd_sight_bend", "shd_spread_of"]),
     "budgets": ({**SPHERE, "accuracy": {"maxError": 0.5}}, ["shd_plan_rank_tiers"]),
     "the exact tier": ({**SPHERE, "accuracy": {"tier": "exact"}},
                        ["shd_light_sums64", "shd_mix_exact", "shd_sums64"]),

@@ -128,6 +128,7 @@ static void regions_are_crops_at_any_number_of_samples(void **state) {
                                         .interpolation = "phong",
                                         .transparent = !(i % 2)});
     }
+    check_regions(state, &(setting){.tier = "draft", .samples = 4, .interpolation = "phong"});
 }
 
 static void regions_are_crops_with_facets(void **state) {

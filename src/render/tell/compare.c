@@ -10,6 +10,8 @@
 
 enum { TIERS = SHD_EXACT + 1 };
 
+static const shd_accuracy exactly = {.tier = SHD_EXACT};
+
 /* Another rendering for the same request, with nothing planned or counted yet. */
 static shd_rendering begin_beside(const shd_rendering *r, shd_arena *arena) {
     return (shd_rendering){.engine = r->engine,
@@ -42,21 +44,21 @@ static void on_progress(void *context, double share) {
 }
 
 /* The scene in the given tier, with nothing but its beauty wanted. */
-static const shd_scene *in_tier(const shd_scene *given, shd_tier tier, shd_arena *arena) {
+static const shd_scene *in_tier(const shd_scene *given, shd_accuracy tier, shd_arena *arena) {
     shd_scene *scene = shd_arena_alloc(arena, 1, sizeof *scene);
     shd_output *output = shd_arena_alloc(arena, 1, sizeof *output);
     if (!scene || !output) return NULL;
     *scene = *given;
     *output = scene->outputs[0];
     output->layer_count = 0;
-    scene->accuracy = (shd_accuracy){.tier = tier};
+    scene->accuracy = tier;
     scene->outputs = output;
     scene->output_count = 1;
     return scene;
 }
 
 /* Everything that is made lives in r->arena, r->plan too. */
-static shd_status render_tier(shd_rendering *r, const shd_scene *given, shd_tier tier,
+static shd_status render_tier(shd_rendering *r, const shd_scene *given, shd_accuracy tier,
                               stretch *progress, shd_film *film, shd_error *error) {
     const shd_scene *scene = in_tier(given, tier, r->arena);
     if (!scene) return shd_fail(error, SHD_MEMORY, "/image", "the limit `memory` is reached");
@@ -90,7 +92,7 @@ static json_t *tell_error(const shd_difference *d) {
                      tell_spread(&d->delta_e, 1), "psnr", shd_tell_number(d->psnr));
 }
 
-static json_t *tell_tier(const shd_rendering *r, shd_tier tier, const shd_difference *difference) {
+static json_t *tell_tier(const shd_rendering *r, const shd_difference *difference) {
     const shd_plan *plan = r->plan;
     const shd_times *times = &r->times;
     shd_bound seen = plan->bound;
@@ -100,7 +102,7 @@ static json_t *tell_tier(const shd_rendering *r, shd_tier tier, const shd_differ
     if (plan->scene->trace.shadows)
         json_object_set_new(seconds, "shadow", json_real(times->shadow));
     if (plan->scene->trace.depth) json_object_set_new(seconds, "trace", json_real(times->trace));
-    return json_pack("{ss ss so so so so}", "tier", shd_tier_names[tier], "plan", plan->summary,
+    return json_pack("{ss ss so so so so}", "tier", shd_plan_tier_name(plan), "plan", plan->summary,
                      "bound", shd_tell_bound(&plan->bound), "boundSeen", shd_tell_bound(&seen),
                      "seconds", seconds, "error", tell_error(difference));
 }
@@ -123,7 +125,7 @@ static json_t *tell_all(const shd_request *request, const shd_showing *showing, 
 /* Renders a tier and measures it, in an arena of its own. So the tiers take turns in the memory
  * that the exact film leaves of the request's, and the cap holds for all of them. Adds what is told
  * of it as the first of `tiers`. */
-static shd_status compare_tier(shd_request *request, shd_tier tier, const shd_showing *showing,
+static shd_status compare_tier(shd_request *request, shd_accuracy tier, const shd_showing *showing,
                                const shd_film *exact, stretch *progress, double *exact_seconds,
                                double *largest, json_t *tiers, shd_error *error) {
     const shd_rendering *first = &request->rendering;
@@ -139,7 +141,7 @@ static shd_status compare_tier(shd_request *request, shd_tier tier, const shd_sh
     if (status == SHD_OK) {
         *largest = difference.largest;
         shd_json_memory_watch();
-        json_array_insert_new(tiers, 0, tell_tier(&r, tier, &difference));
+        json_array_insert_new(tiers, 0, tell_tier(&r, &difference));
         if (shd_json_memory_short()) status = shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     }
     end_beside(&request->rendering, &r);
@@ -165,7 +167,7 @@ static shd_status compare_rgb(shd_request *request, const shd_showing *showing,
     shd_film film;
     shd_difference difference;
     double seconds = 0;
-    shd_status status = render_tier(&r, &scene, SHD_EXACT, progress, &film, error);
+    shd_status status = render_tier(&r, &scene, exactly, progress, &film, error);
     if (status == SHD_OK)
         status = shd_film_measure(&r, showing, exact, &film, &difference, &seconds, error);
     if (status == SHD_OK) {
@@ -195,19 +197,25 @@ static shd_status compare_tiers(shd_request *request, const shd_render_options *
     stretch progress = {options, 0, TIERS + spectral};
     shd_rendering r = begin_beside(whole, whole->arena);
     shd_film exact;
-    status = render_tier(&r, request->scene, SHD_EXACT, &progress, &exact, error);
+    status = render_tier(&r, request->scene, exactly, &progress, &exact, error);
     whole->plan = r.plan;
     if (status != SHD_OK) return status;
+    const bool drafts = shd_plan_draft_off(r.plan) > 0;
+    progress.pictures += drafts;
 
     json_t *tiers = json_array(); /* the cheapest first; if it is NULL, nothing is printed */
     double largest = 0;
     for (int t = SHD_STANDARD; t >= 0 && status == SHD_OK; t--) {
         progress.done++;
-        status = compare_tier(request, (shd_tier)t, &showing, &exact, &progress, &r.times.color,
-                              &largest, tiers, error);
+        status = compare_tier(request, (shd_accuracy){.tier = (shd_tier)t}, &showing, &exact,
+                              &progress, &r.times.color, &largest, tiers, error);
     }
-    json_t *beside = NULL;
     progress.done++;
+    if (drafts && status == SHD_OK)
+        status = compare_tier(request, (shd_accuracy){.draft = true}, &showing, &exact, &progress,
+                              &r.times.color, &largest, tiers, error);
+    json_t *beside = NULL;
+    progress.done += drafts;
     if (status == SHD_OK)
         status = compare_rgb(request, &showing, &exact, &progress, &beside, error);
     if (status != SHD_OK) {
@@ -217,7 +225,7 @@ static shd_status compare_tiers(shd_request *request, const shd_render_options *
     /* Errors are measured against the exact tier: its own are 0. */
     const shd_difference none = {.largest = largest, .equal = 1, .psnr = INFINITY};
     shd_json_memory_watch();
-    json_array_append_new(tiers, tell_tier(&r, SHD_EXACT, &none));
+    json_array_append_new(tiers, tell_tier(&r, &none));
     end_beside(whole, &r);
     *json = shd_tell_print(tell_all(request, &showing, largest, tiers, beside), 9, NULL);
     return *json ? SHD_OK : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");

@@ -238,10 +238,10 @@ static json_t *tell_cost(const shd_cost *cost) {
 
 static json_t *tell_tiers(const shd_explained *e) {
     json_t *list = json_array();
-    for (int t = 0; t <= SHD_EXACT; t++)
-        json_array_append_new(list, json_pack("{ss so so}", "tier", shd_tier_names[t], "bound",
-                                              shd_tell_bound(&e->bounds[t]), "milliseconds",
-                                              tell_cost(&e->costs[t])));
+    for (int t = 0; t < e->tier_count; t++)
+        json_array_append_new(list, json_pack("{ss so so}", "tier", e->tiers[t].name, "bound",
+                                              shd_tell_bound(&e->tiers[t].bound), "milliseconds",
+                                              tell_cost(&e->tiers[t].cost)));
     return list;
 }
 
@@ -256,14 +256,18 @@ static json_t *tell_all(const shd_explained *e, json_t *words) {
     const int samples = plan->scene->raster.samples;
     return json_pack(
         "{so ss ss ss so so so so so si si sb so s{si ss} so so so so so* so*}", "asked",
-        tell_accuracy(&plan->scene->accuracy), "tier", shd_tier_names[plan->tier], "kernel",
+        tell_accuracy(&plan->scene->accuracy), "tier", shd_plan_tier_name(plan), "kernel",
         shd_isa_name(plan->isa), "plan", plan->summary, "bound", tell_bounds(e), "milliseconds",
         tell_cost(&e->cost), "terms", tell_terms(plan), "lights", tell_lights(plan), "materials",
         tell_materials(plan), "lightChannels", plan->grey_lights ? 1 : 3, "channels",
         plan->grey ? 1 : 3, "splitPositions", plan->split_positions, "objects", tell_objects(plan),
-        "samples", "pixel", samples, "pattern", samples == 1 ? "center" : "full", "leftOut",
-        json_pack("{sf s{sf sf}}", "lights", plan->dropped, "tileLights", "absolute",
-                  plan->drop_tolerance, "relative", plan->drop_relative),
+        "samples", "pixel", samples, "pattern",
+        samples == 1         ? "center"
+        : plan->mean_off > 0 ? "mixed"
+                             : "full",
+        "leftOut",
+        json_pack("{sf s{sf sf} sf}", "lights", plan->dropped, "tileLights", "absolute",
+                  plan->drop_tolerance, "relative", plan->drop_relative, "samples", plan->mean_off),
         "outputs", tell_outputs(e), "tiers", tell_tiers(e), "words", words, "trace",
         shd_is_traced(plan->scene) ? tell_traced(e) : NULL, "trees", tell_trees(&e->trees));
 }
@@ -383,6 +387,19 @@ static bool find_unbounded(shd_explained *e, shd_arena *arena) {
     return true;
 }
 
+/* Plans a tier as if it had been asked for. */
+static shd_status add_tier(shd_rendering *r, const shd_scene *scene, shd_accuracy accuracy,
+                           shd_explained *e, shd_error *error) {
+    shd_scene asking = *scene;
+    asking.accuracy = accuracy;
+    const shd_plan *plan;
+    const shd_status status = shd_rendering_plan_for(r, &asking, e->shown, &plan, error);
+    if (status != SHD_OK) return status;
+    e->tiers[e->tier_count++] =
+        (shd_told_tier){shd_plan_tier_name(plan), plan->bound, cost_of(plan, e->codes)};
+    return SHD_OK;
+}
+
 static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_explained *e,
                                shd_error *error) {
     shd_status status = shd_shown_make(r, scene, &e->shown, error);
@@ -400,17 +417,11 @@ static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_exp
     if (scene->trace.shadows &&
         !(shd_find_occlusion(e->plan, r->arena, &e->occlusion) && find_unbounded(e, r->arena)))
         return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small");
-    /* Plan each tier as if it had been asked for. */
-    for (int t = 0; t <= SHD_EXACT; t++) {
-        shd_scene asking = *scene;
-        asking.accuracy = (shd_accuracy){.tier = (shd_tier)t};
-        const shd_plan *plan;
-        status = shd_rendering_plan_for(r, &asking, e->shown, &plan, error);
-        if (status != SHD_OK) return status;
-        e->bounds[t] = plan->bound;
-        e->costs[t] = cost_of(plan, codes);
-    }
-    return SHD_OK;
+    if (shd_plan_draft_off(e->plan) > 0)
+        status = add_tier(r, scene, (shd_accuracy){.draft = true}, e, error);
+    for (int t = 0; t <= SHD_EXACT && status == SHD_OK; t++)
+        status = add_tier(r, scene, (shd_accuracy){.tier = (shd_tier)t}, e, error);
+    return status;
 }
 
 /* NULL: no memory. */

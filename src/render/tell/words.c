@@ -36,7 +36,7 @@ const char *shd_drop_reason(unsigned drops) {
 static void say_tier(json_t *words, const shd_explained *e) {
     const shd_plan *plan = e->plan;
     const shd_accuracy *accuracy = &plan->scene->accuracy;
-    const char *tier = shd_tier_names[plan->tier], *isa = shd_isa_name(plan->isa);
+    const char *tier = shd_plan_tier_name(plan), *isa = shd_isa_name(plan->isa);
     if (accuracy->budget)
         say_line(words, "Tier %s, with %s kernels: the cheapest one that stays within %.6g %s.",
                  tier, isa, accuracy->max_error, shd_metric_names[accuracy->metric]);
@@ -51,7 +51,9 @@ static void say_tier(json_t *words, const shd_explained *e) {
             "and spectra.",
             tier);
     else if (strcmp(tier, shd_asked_tier(accuracy)))
-        say_line(words, "Tier %s, with %s kernels: %s was asked for, and would not be faster.",
+        say_line(words,
+                 "Tier %s, with %s kernels: %s was asked for, which takes fewer "
+                 "samples only of spheres and planes, where there are several and no layers.",
                  tier, isa, shd_asked_tier(accuracy));
     else
         say_line(words, "Tier %s, with %s kernels, as asked for.", tier, isa);
@@ -269,6 +271,11 @@ static void say_samples(json_t *words, const shd_plan *plan) {
     const int samples = plan->scene->raster.samples;
     if (samples == 1)
         say_line(words, "Samples: one a pixel, through its center.");
+    else if (plan->mean_off > 0)
+        say_line(words,
+                 "Samples: one at the center of a pixel where a sphere or a plane fills 8 x 8 of "
+                 "them and bends light by no more than %.2g, all %d elsewhere.",
+                 plan->mean_off, samples);
     else
         say_line(words, "Samples: all %d of every pixel.", samples);
 }
@@ -288,14 +295,14 @@ static void say_outputs(json_t *words, const shd_explained *e) {
 
 static void say_tiers(json_t *words, const shd_explained *e) {
     if (e->plan->extended) return; /* the others are the same */
-    for (int t = 0; t <= SHD_EXACT; t++) {
-        const shd_cost *c = &e->costs[t];
+    for (int t = 0; t < e->tier_count; t++) {
+        const shd_told_tier *tier = &e->tiers[t];
         char linear[SHD_BOUND_TEXT] = "an unknown sum";
-        if ((shd_tier)t == e->plan->tier) continue;
-        if (isfinite(e->bounds[t].linear)) shd_print_bound(e->bounds[t].linear, INFINITY, linear);
+        if (!strcmp(tier->name, shd_plan_tier_name(e->plan))) continue;
+        if (isfinite(tier->bound.linear)) shd_print_bound(tier->bound.linear, INFINITY, linear);
         say_line(words,
                  "Tier %s would take about %.2g ms and err by at most %s in linear components.",
-                 shd_tier_names[t], c->total, linear);
+                 tier->name, tier->cost.total, linear);
     }
 }
 

@@ -18,6 +18,13 @@ typedef struct shd_trees {
     size_t triangles, nodes, bytes; /* of those that are built; nodes: at most */
 } shd_trees;
 
+/* A tier, as if it had been asked for. */
+typedef struct shd_told_tier {
+    const char *name;
+    shd_bound bound;
+    shd_cost cost;
+} shd_told_tier;
+
 typedef struct shd_explained {
     const shd_plan *plan;
     const shd_shown *shown; /* [output_count] */
@@ -29,8 +36,8 @@ typedef struct shd_explained {
     shd_paths paths;
     double cut;      /* of linear components, by what is not traced further; infinite: not known */
     double estimate; /* shd_linear_estimate's */
-    shd_bound bounds[SHD_EXACT + 1]; /* of each tier, as if it had been asked for */
-    shd_cost costs[SHD_EXACT + 1];
+    shd_told_tier tiers[SHD_EXACT + 2]; /* those that differ, the cheapest first */
+    int tier_count;
     shd_trees trees;
 } shd_explained;
 

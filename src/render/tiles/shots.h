@@ -7,16 +7,18 @@
 typedef struct shd_chunk {
     const shd_bundle *bundles;
     size_t count, pixels;
+    size_t samples; /* of each of these that are taken */
 } shd_chunk;
 
 /* Fills s->pixels and s->bundles with all pixels of blocks where the survey of the tile's cell of
  * the grid says that something may be seen. They are listed block by block or, if that saves
- * nothing, row by row as pictures have them. */
-void shd_list_pixels(shd_tile tile, size_t samples, shd_tile_scratch *s);
+ * nothing, row by row as pictures have them. Within plan->mean_off, blocks take one sample a pixel;
+ * these are listed first. */
+void shd_list_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s);
 
-/* Takes as many bundles from `first` on as there is room for, and fills s->x, y, sample and
- * shot_cell. */
-shd_chunk shd_make_chunk(shd_tile tile, shd_tile_scratch *s, size_t first, size_t samples);
+/* Takes as many bundles from `first` on as there is room for and as take as many samples, and fills
+ * s->x, y, sample and shot_cell. `pattern` is how many samples a pixel has. */
+shd_chunk shd_make_chunk(shd_tile tile, shd_tile_scratch *s, size_t first, size_t pattern);
 
 /* Casts the chunk's shots, those of each bundle at what its block may show. Fills s->hits and
  * s->now. */

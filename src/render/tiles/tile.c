@@ -309,7 +309,7 @@ static size_t place_hits(shd_tile_scratch *s, shd_run run, size_t at, int sample
 /* The means of samples of a chunk's bundles, if all of their rays hit. */
 static void average_bundles(const shd_scenery *scenery, const shd_chunk *c, const float *values,
                             float *out) {
-    const int samples = scenery->plan->scene->raster.samples;
+    const int samples = (int)c->samples;
     for (size_t b = 0; b < c->count; b++) {
         const size_t pixels = c->bundles[b].count;
         scenery->paint->average(values, pixels, samples, out);
@@ -321,7 +321,7 @@ static void average_bundles(const shd_scenery *scenery, const shd_chunk *c, cons
 /* Appends the chunk's samples, averaged within its pixels. */
 static void add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, const shd_chunk *chunk) {
     const shd_plan *plan = scenery->plan;
-    const int samples = plan->scene->raster.samples;
+    const int samples = (int)chunk->samples;
     const size_t pixels = chunk->pixels;
     shd_fragments *f = &s->fragments;
     for (size_t r = 0; r < s->run_count; r++) {
@@ -394,7 +394,7 @@ static void store_data(const shd_scenery *scenery, const shd_hits *hits, const s
  * rays. Sets s->now and ends the stage. */
 static void cast_shots(const shd_scenery *scenery, shd_tile_scratch *s, const shd_chunk *c,
                        shd_stopwatch *watch) {
-    const size_t shots = c->pixels * (size_t)scenery->plan->scene->raster.samples;
+    const size_t shots = c->pixels * c->samples;
     const shd_kept_cast *cast = s->recalled;
     if (cast) s->recalled = cast->next;
     if (cast && cast->shots == shots &&
@@ -444,7 +444,7 @@ const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd
     const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE;
     shd_sight_survey(scenery->sight, (shd_tile){left, top, SHD_TILE, SHD_TILE}, &s->survey);
     if (s->survey.candidate_count) {
-        shd_list_pixels(tile, (size_t)scenery->plan->scene->raster.samples, s);
+        shd_list_pixels(scenery, tile, s);
         sample_pixels(scenery, tile, s, film, watch);
     } else {
         shd_end(watch, &watch->times.visibility);

@@ -1,6 +1,7 @@
 /* One thread's working memory for tiles. */
 #pragma once
 
+#include "plan/bend.h"
 #include "render/tiles/fragments.h"
 #include "shade/far.h"
 #include "shade/lighting.h"
@@ -9,6 +10,7 @@
 /* Pixels whose rays are cast together. */
 typedef struct shd_bundle {
     uint16_t first, count;  /* in s->pixels */
+    uint16_t samples;       /* of each pixel that are taken: all, or one at its center */
     const shd_block *block; /* of the survey, if they are all in one; or NULL */
 } shd_bundle;
 
@@ -25,6 +27,7 @@ typedef struct shd_tile_scratch {
     uint16_t *pixels;                /* the cells that are looked at */
     shd_bundle bundles[SHD_BUNDLES]; /* which of them are cast together */
     size_t bundle_count;
+    shd_pattern_spread spread; /* of samples, if bundles may take one instead (plan->mean_off) */
 
     /* A chunk's rays. */
     int32_t *x, *y;

@@ -1,0 +1,28 @@
+/* How what is seen through a block of pixels bends: its points, normals and views are smooth
+ * functions of the place in the picture, of which the block's middle and the most of the
+ * derivatives are known. Steps are pixels. */
+#pragma once
+
+#include "base/vec3.h"
+
+/* The most that a vector's first and second derivative are in any direction. */
+typedef struct shd_slopes {
+    double first, second;
+} shd_slopes;
+
+typedef struct shd_bend {
+    size_t object;                /* all of the block's rays hit it, and nothing else */
+    shd_vec3 point, normal, view; /* at the block's middle: world frame, unit, unit */
+    shd_slopes points, normals, views;
+    double reach; /* pixels: no ray is farther from the middle */
+} shd_bend;
+
+/* A pattern of samples, whose mean is the pixel's center: the mean of their squared distances from
+ * it, and the most of it along any one direction. */
+typedef struct shd_pattern_spread {
+    double square, along;
+} shd_pattern_spread;
+
+/* What one sample at the center of a pixel may be off the mean of all of its samples, in linear
+ * light, where `draft` takes it instead of them. */
+static const double SHD_DRAFT_OFF = 0x1p-10;

@@ -1,0 +1,156 @@
+/* With d a ray's unit direction, c = N.V = -N.d and ' the derivative along any unit step of pixels:
+ *
+ * Perspective. d is w / |w| of a w that is linear in the pixel, |w'| <= s. So d' is at right angles
+ * to d, |d'| <= s / |w|, and the part of d'' at right angles to d is -2 (d.w') w'_ / |w|^2 (w'_
+ * that part of w'), which is no longer than (s / |w|)^2; its part along d is -|d'|^2 d.
+ *
+ * A sphere of radius 1 around the origin. N = eye + t d. From N.N' = 0, N' is t d' moved along d
+ * into the tangent plane, which stretches what is at right angles to d by 1 / c at most:
+ *     |N'| <= t |d'| / c,    |t'| = |t d'.N| / c <= t |d'| sqrt(1 - c^2) / c
+ * From N.N'' = -|N'|^2, N'' is 2 t' d' and t times d'' in the same way, and |N'|^2 / c of d:
+ *     |N''| <= (2 |t'| |d'| + t |d''|) / c + |N'|^2 / c
+ *
+ * A plane. N' = 0, and P = eye + t d stays in it: the same without the last term.
+ *
+ * Orthographic. d' = 0, and the ray's origin moves by s at right angles to d: as t d' above, and
+ * t d'' is 0.
+ *
+ * All of it grows with t and falls with c, whose extremes in the block follow from the angle
+ * between its rays and the one through its middle. */
+#include "sight/bend.h"
+
+#include "sight/item.h"
+
+/* More than rounding does, of lengths and of angles. */
+static const double SLACK = 1e-9;
+
+/* Eyes farther away, in radii, and cosines below are left to all samples. */
+static const double FARTHEST = 1e5, LEAST_COSINE = 1e-2;
+
+shd_pattern_spread shd_spread_of(int samples) {
+    double xx = 0, xy = 0, yy = 0;
+    for (int i = 0; i < samples; i++) {
+        double x, y;
+        shd_sample_offset(i, samples, &x, &y);
+        x -= 0.5;
+        y -= 0.5;
+        xx += x * x / samples;
+        xy += x * y / samples;
+        yy += y * y / samples;
+    }
+    const double half = (xx - yy) / 2;
+    return (shd_pattern_spread){(xx + yy) * (1 + SLACK),
+                                ((xx + yy) / 2 + sqrt(half * half + xy * xy)) * (1 + SLACK)};
+}
+
+/* The rays of a block: the one through its middle, and how far the others are from it. */
+typedef struct beam {
+    bool orthographic;
+    shd_vec3 origin, way; /* of the middle ray: from the camera's position; unit */
+    double aside;         /* orthographic: no ray's origin is farther from the middle's */
+    double sine, cosine;  /* of the largest angle between their directions */
+    double step, turn;    /* |origin'|, |d'| */
+} beam;
+
+static beam beam_of(const shd_lens *lens, double x, double y, double reach) {
+    const shd_camera *camera = lens->camera;
+    const double p = (x - lens->middle_x) * lens->step_x, q = (lens->middle_y - y) * lens->step_y,
+                 step = fmax(lens->step_x, lens->step_y), aside = reach * step * (1 + SLACK);
+    const shd_vec3 in_plane = shd_madd(shd_scale(camera->right, p), camera->up, q);
+    if (camera->projection == SHD_ORTHOGRAPHIC)
+        return (beam){true, in_plane, shd_scale(camera->back, -1), aside, 0, 1, step, 0};
+    const shd_vec3 w = shd_sub(in_plane, camera->back);
+    const double length = shd_length(w), sine = fmin(1, aside / length + SLACK);
+    return (beam){false,
+                  {0, 0, 0},
+                  shd_scale(w, 1 / length),
+                  0,
+                  sine,
+                  sqrt(1 - sine * sine),
+                  0,
+                  step / fmax(1, length - aside)};
+}
+
+/* Fills the slopes from the extremes: `size` is a unit's length in the world, `curve` is 1 on a
+ * sphere and 0 on a plane. */
+static void set_slopes(const beam *b, double t, double cosine, double size, double curve,
+                       shd_bend *out) {
+    const double off = b->orthographic ? b->step / size : t * b->turn, first = off / cosine,
+                 sine = sqrt(1 - fmin(1, cosine * cosine)),
+                 moved = b->orthographic ? 0 : 2 * first * sine * b->turn + off * b->turn,
+                 second = (moved + curve * first * first) / cosine;
+    out->points = (shd_slopes){size * first, size * second};
+    out->normals = (shd_slopes){curve * first, curve * second};
+    out->views = (shd_slopes){b->turn, 1.5 * b->turn * b->turn};
+}
+
+/* In units of the radius, around the center. */
+static bool bend_ball(const shd_item *it, const beam *b, shd_bend *out) {
+    const shd_vec3 eye = shd_madd(it->eye, b->origin, 1 / it->size);
+    const double along = shd_dot(eye, b->way), away = shd_length(eye);
+    const shd_vec3 foot = shd_madd(eye, b->way, -along);
+    const double beside = shd_length(foot);
+    if (!(away > 1 + 1e-3) || !(away < FARTHEST) || !(along < 0)) return false;
+    /* How far the rays' lines are from the center at most, and the eye from their feet. */
+    double outer, ahead;
+    if (b->orthographic) {
+        outer = beside + b->aside / it->size;
+        ahead = -along;
+    } else {
+        outer = beside * b->cosine - along * b->sine;
+        ahead = -along * b->cosine - beside * b->sine;
+        if (!(ahead > 0)) return false;
+    }
+    outer += SLACK * away;
+    const double cosine = outer < 1 ? sqrt(1 - outer * outer) : 0;
+    if (!(cosine > LEAST_COSINE)) return false;
+    if (b->orthographic && !(ahead > 1 + 1e-3)) return false;
+    const double half = sqrt(1 - beside * beside);
+    out->normal = shd_madd(foot, b->way, -half);
+    out->point = shd_madd(it->to_world.origin, out->normal, it->size);
+    set_slopes(b, ahead - cosine + SLACK * away, cosine, it->size, 1, out);
+    return true;
+}
+
+static bool bend_plane(const shd_sight *sight, const shd_item *it, const beam *b, shd_bend *out) {
+    const shd_vec3 eye = shd_sub(shd_add(sight->lens.camera->position, b->origin),
+                                 it->to_world.origin),
+                   up = {it->normal_map.linear[0][1], it->normal_map.linear[1][1],
+                         it->normal_map.linear[2][1]};
+    shd_vec3 normal;
+    if (!shd_normalize(up, &normal)) return false;
+    double height = shd_dot(eye, normal);
+    if (height < 0) {
+        if (it->front_only) return false; /* it is not turned */
+        height = -height;
+        normal = shd_scale(normal, -1);
+    }
+    const double straight = -shd_dot(normal, b->way);
+    if (!(straight > LEAST_COSINE) || !(height > 1e-6 * shd_length(eye) + 2 * b->aside))
+        return false;
+    const double cosine =
+        straight * b->cosine - sqrt(1 - fmin(1, straight * straight)) * b->sine - SLACK;
+    if (!(cosine > LEAST_COSINE)) return false;
+    out->normal = normal;
+    out->point = shd_madd(shd_add(it->to_world.origin, eye), b->way, height / straight);
+    set_slopes(b, (height + b->aside) / cosine, cosine, 1, 0, out);
+    return true;
+}
+
+bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out) {
+    const shd_block *seen = &survey->blocks[block];
+    if (seen->count != 1 || seen->next < survey->candidate_count) return false;
+    const uint32_t object = survey->candidates[seen->first];
+    const shd_item *it = &sight->items[object];
+    if (!it->ball && it->shape != SHD_PLANE) return false;
+    const double half = 0.5 * SHD_BLOCK_SIDE,
+                 x = survey->rect.x + (double)(block % (size_t)survey->across) * SHD_BLOCK_SIDE +
+                     half,
+                 y = survey->rect.y + (double)(block / (size_t)survey->across) * SHD_BLOCK_SIDE +
+                     half;
+    out->reach = half * 1.4142135624;
+    const beam b = beam_of(&sight->lens, x, y, out->reach);
+    out->object = object;
+    out->view = shd_scale(b.way, -1);
+    return it->ball ? bend_ball(it, &b, out) : bend_plane(sight, it, &b, out);
+}

@@ -1,0 +1,13 @@
+/* Blocks of pixels through which one smooth surface is seen, and how it bends there. */
+#pragma once
+
+#include "plan/bend.h"
+#include "sight/sight.h"
+
+/* True: all rays through the survey's block, whichever of its 8 x 8 pixels are in the picture, hit
+ * one sphere from outside or one plane, which `out` then tells of. False: another thing is seen, or
+ * it is not known. It takes some 100 ns. The derivatives' proof is in bend.c. */
+bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out);
+
+/* Of the pattern of so many samples a pixel. */
+shd_pattern_spread shd_spread_of(int samples);

@@ -1,0 +1,320 @@
+/* One sample at a pixel's center is no farther off the mean of all than is told of its block, by an
+ * evaluation of the model's formulas in f64 that shares nothing with the bound: on spheres and
+ * planes of any size from anywhere, under lights of every kind, for any exponent. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+#include "bound/light/means.h"
+#include "sight/bend.h"
+#include "sight/item.h"
+
+static double uniform(uint64_t *random, double low, double high) {
+    *random = *random * 6364136223846793005u + 1442695040888963407u;
+    return low + (high - low) * ((double)(*random >> 11) * 0x1p-53);
+}
+
+static double decades(uint64_t *random, double low, double high) {
+    return low * pow(high / low, uniform(random, 0, 1));
+}
+
+static shd_vec3 any_direction(uint64_t *random) {
+    shd_vec3 v;
+    do {
+        v = (shd_vec3){uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
+    } while (!(shd_dot(v, v) < 1 && shd_dot(v, v) > 1e-3));
+    return shd_scale(v, 1 / shd_length(v));
+}
+
+enum { MOST_LIGHTS = 3, MOST_LOBES = 2 };
+
+/* One object before a camera, and a plan of no more than what the bound reads. */
+typedef struct stage {
+    shd_camera camera;
+    shd_item item;
+    shd_sight sight;
+    shd_block block;
+    uint32_t candidate;
+    shd_survey survey;
+    shd_plan_light lights[MOST_LIGHTS];
+    uint32_t list[MOST_LIGHTS];
+    shd_plan_lobe lobes[MOST_LOBES];
+    shd_plan_material material;
+    shd_plan_object object;
+    shd_plan_group group;
+    shd_plan plan;
+    shd_vec3 center, up; /* of the ball; of the plane, a point and the normal */
+    double radius;
+    int samples;
+} stage;
+
+static void set_camera(stage *s, uint64_t *random) {
+    enum { WIDTH = 64, HEIGHT = 48 };
+    shd_camera *c = &s->camera;
+    const double size = s->item.ball ? s->radius : 1,
+                 away = size * (1 + decades(random, 1e-3, uniform(random, 0, 1) < 0.1 ? 1e3 : 10));
+    const shd_vec3 from = any_direction(random), side = any_direction(random);
+    c->position = shd_madd(s->center, from, away);
+    shd_vec3 aim = shd_madd(s->center, any_direction(random), 0.9 * size);
+    shd_normalize(shd_sub(c->position, aim), &c->back);
+    shd_normalize(shd_cross(side, c->back), &c->right);
+    c->up = shd_cross(c->back, c->right);
+    c->projection = uniform(random, 0, 1) < 0.3 ? SHD_ORTHOGRAPHIC : SHD_PERSPECTIVE;
+    /* From a pixel of a thousandth of what is seen to one of a tenth. */
+    const double span = size / decades(random, 10, 1000),
+                 step = c->projection == SHD_ORTHOGRAPHIC ? span
+                                                          : fmin(span / (away - 0.9 * size), 0.05);
+    s->sight.lens = (shd_lens){.camera = c,
+                               .width = WIDTH,
+                               .height = HEIGHT,
+                               .middle_x = WIDTH / 2,
+                               .middle_y = HEIGHT / 2,
+                               .step_x = step,
+                               .step_y = step};
+    s->survey = (shd_survey){.across = 4,
+                             .down = 4,
+                             .rect = {uniform(random, 0, 1) < 0.5 ? 32 : 0,
+                                      uniform(random, 0, 1) < 0.5 ? 32 : 0, 32, 32},
+                             .blocks = &s->block,
+                             .candidates = &s->candidate,
+                             .candidate_count = 1};
+    s->block = (shd_block){0, 1, 1};
+    /* The block of index 0 is anywhere. */
+    s->survey.rect.x += (int)uniform(random, -8, 24);
+    s->survey.rect.y += (int)uniform(random, -8, 16);
+}
+
+static void set_object(stage *s, uint64_t *random) {
+    const bool ball = uniform(random, 0, 1) < 0.7;
+    s->radius = decades(random, 1e-3, 1e3);
+    s->center = shd_scale(any_direction(random), uniform(random, 0, 5) * s->radius);
+    s->up = any_direction(random);
+    s->item = (shd_item){.shape = ball ? SHD_SPHERE : SHD_PLANE, .ball = ball, .size = s->radius};
+    s->item.to_world.origin = s->center;
+    for (int r = 0; r < 3; r++) s->item.normal_map.linear[r][1] = ((double *)&s->up)[r] * 3;
+    set_camera(s, random);
+    s->item.eye = shd_scale(shd_sub(s->camera.position, s->center), 1 / s->radius);
+    s->sight.items = &s->item;
+    s->sight.count = 1;
+}
+
+static void set_light(stage *s, shd_plan_light *l, const shd_bend *bend, uint64_t *random) {
+    const int kind = (int)uniform(random, 0, 3);
+    *l = (shd_plan_light){.directional = kind == 0, .spot = kind == 2, .gain = 1};
+    for (int c = 0; c < 3; c++) l->color[c] = uniform(random, 0, 1);
+    /* Toward the surface's front, its edge, or anywhere. */
+    const double lean = uniform(random, 0, 1);
+    shd_vec3 toward = any_direction(random);
+    toward = lean < 0.4   ? shd_add(toward, shd_scale(bend->normal, 1.2))
+             : lean < 0.6 ? shd_madd(toward, bend->normal,
+                                     -shd_dot(toward, bend->normal) + uniform(random, -0.05, 0.05))
+             : lean < 0.8
+                 ? shd_madd(shd_sub(shd_scale(bend->normal, 2 * shd_dot(bend->normal, bend->view)),
+                                    bend->view),
+                            toward, decades(random, 1e-3, 0.3))
+                 : toward;
+    shd_normalize(toward, &toward);
+    if (l->directional) {
+        l->toward = toward;
+        return;
+    }
+    const double size = s->item.ball ? s->radius : 1, away = size * decades(random, 0.01, 20);
+    l->position = shd_madd(bend->point, toward, away);
+    if (uniform(random, 0, 1) < 0.6) {
+        const double f[3] = {uniform(random, 0, 1), uniform(random, 0, 1) / away,
+                             uniform(random, 0, 1) / (away * away)},
+                     largest = fmax(f[0], fmax(f[1], f[2]));
+        l->attenuated = true;
+        l->gain = 1 / largest;
+        l->a = f[0] / largest;
+        l->b = f[1] / largest;
+        l->c = f[2] / largest;
+        l->min_distance = uniform(random, 0, 1) < 0.3 ? away * uniform(random, 0.9, 1.1) : 0;
+    }
+    if (!l->spot) return;
+    const double angle = uniform(random, 0.05, 1.5);
+    shd_normalize(shd_madd(shd_scale(toward, -1), any_direction(random), angle), &l->axis);
+    l->outer = 1 - cos(angle);
+    l->inner = uniform(random, 0, 1) < 0.3 ? l->outer : 1 - cos(angle * uniform(random, 0, 1));
+    l->exponent = uniform(random, 0, 1) < 0.5 ? 0 : uniform(random, 0, 20);
+}
+
+static void set_plan(stage *s, const shd_bend *bend, uint64_t *random) {
+    s->material = (shd_plan_material){.has_diffuse = true, .lobes = s->lobes};
+    for (int c = 0; c < 3; c++) s->material.diffuse[c] = uniform(random, 0, 1);
+    s->material.lobe_count = (size_t)uniform(random, 0, MOST_LOBES + 0.99);
+    for (size_t k = 0; k < s->material.lobe_count; k++) {
+        s->lobes[k].shininess =
+            uniform(random, 0, 1) < 0.1 ? floor(uniform(random, 0, 4)) : decades(random, 0.3, 1e4);
+        for (int c = 0; c < 3; c++) s->lobes[k].specular[c] = uniform(random, 0, 1);
+    }
+    s->group = (shd_plan_group){.lights = s->list,
+                                .light_count = 1 + (size_t)uniform(random, 0, MOST_LIGHTS)};
+    for (uint32_t j = 0; j < s->group.light_count; j++) {
+        set_light(s, &s->lights[j], bend, random);
+        s->list[j] = j;
+    }
+    s->plan = (shd_plan){.lights = s->lights,
+                         .light_count = s->group.light_count,
+                         .materials = &s->material,
+                         .objects = &s->object,
+                         .groups = &s->group,
+                         .group_count = 1};
+}
+
+/* ---- The model, at a point of the picture. ---- */
+
+static bool hit_at(const stage *s, double x, double y, shd_vec3 *point, shd_vec3 *normal,
+                   shd_vec3 *view) {
+    const shd_lens *lens = &s->sight.lens;
+    const shd_camera *c = &s->camera;
+    const shd_vec3 aside = shd_madd(shd_scale(c->right, (x - lens->middle_x) * lens->step_x), c->up,
+                                    (lens->middle_y - y) * lens->step_y);
+    shd_vec3 from = c->position, way = shd_scale(c->back, -1);
+    if (c->projection == SHD_ORTHOGRAPHIC)
+        from = shd_add(from, aside);
+    else
+        shd_normalize(shd_add(way, aside), &way);
+    const shd_vec3 o = shd_sub(from, s->center);
+    double t;
+    if (s->item.ball) {
+        const double along = shd_dot(o, way);
+        const shd_vec3 foot = shd_madd(o, way, -along);
+        const double inside = s->radius * s->radius - shd_dot(foot, foot);
+        if (!(inside > 0)) return false;
+        t = -along - sqrt(inside);
+        *normal = shd_scale(shd_madd(foot, way, -sqrt(inside)), 1 / s->radius);
+    } else {
+        t = -shd_dot(o, s->up) / shd_dot(way, s->up);
+        *normal = shd_dot(way, s->up) > 0 ? shd_scale(s->up, -1) : s->up;
+    }
+    *point = shd_madd(from, way, t);
+    *view = shd_scale(way, -1);
+    return t > 0 && isfinite(t);
+}
+
+static void light_at(const stage *s, double x, double y, double out[3]) {
+    shd_vec3 p, n, v;
+    assert_true(hit_at(s, x, y, &p, &n, &v));
+    for (int c = 0; c < 3; c++) out[c] = 0;
+    for (size_t j = 0; j < s->group.light_count; j++) {
+        const shd_plan_light *l = &s->lights[j];
+        shd_vec3 way = l->toward;
+        double fall = l->gain;
+        if (!l->directional) {
+            shd_normalize(shd_sub(l->position, p), &way);
+            fall = shd_attenuation(l, shd_length(shd_sub(l->position, p)));
+        }
+        if (l->spot) {
+            const double q = 1 + shd_dot(l->axis, way);
+            fall *= shd_penumbra(l, q) * (l->exponent > 0 ? pow(fmax(1 - q, 0), l->exponent) : 1);
+        }
+        const double facing = shd_dot(n, way);
+        if (!(facing > 0)) continue;
+        const double shine = 2 * facing * shd_dot(n, v) - shd_dot(way, v);
+        for (int c = 0; c < 3; c++) {
+            double value = s->material.diffuse[c] * facing;
+            for (size_t k = 0; k < s->material.lobe_count; k++)
+                if (shine > 0) value += s->lobes[k].specular[c] * pow(shine, s->lobes[k].shininess);
+            out[c] += fall * l->color[c] * value;
+        }
+    }
+}
+
+/* The most that a pixel's center is off the mean of its samples, in the block. */
+static double most_off(const stage *s) {
+    const shd_tile *rect = &s->survey.rect;
+    double worst = 0;
+    for (int y = rect->y; y < rect->y + SHD_BLOCK_SIDE; y++)
+        for (int x = rect->x; x < rect->x + SHD_BLOCK_SIDE; x++) {
+            double mean[3] = {0, 0, 0}, value[3];
+            for (int i = 0; i < s->samples; i++) {
+                double dx, dy;
+                shd_sample_offset(i, s->samples, &dx, &dy);
+                light_at(s, x + dx, y + dy, value);
+                for (int c = 0; c < 3; c++) mean[c] += value[c] / s->samples;
+            }
+            light_at(s, x + 0.5, y + 0.5, value);
+            for (int c = 0; c < 3; c++) worst = fmax(worst, fabs(value[c] - mean[c]));
+        }
+    return worst;
+}
+
+/* The least that is told, to a part in a thousand. */
+static double least_told(const stage *s, const shd_bend *bend, const shd_pattern_spread *spread) {
+    double low = 1e-12, high = 1e6;
+    if (!shd_mean_is_central(&s->plan, bend, spread, high)) return INFINITY;
+    while (high > low * 1.001) {
+        const double middle = sqrt(low * high);
+        *(shd_mean_is_central(&s->plan, bend, spread, middle) ? &high : &low) = middle;
+    }
+    return high;
+}
+
+/* How far a vector is from another one may be no more than its slopes say, anywhere in the block.
+ */
+static void check_bend(const stage *s, const shd_bend *bend, uint64_t seed) {
+    const shd_tile *rect = &s->survey.rect;
+    for (int k = 0; k < 4; k++) {
+        shd_vec3 p, n, v;
+        const double x = rect->x + (k & 1 ? 8 : 0), y = rect->y + (k & 2 ? 8 : 0);
+        assert_true(hit_at(s, x, y, &p, &n, &v));
+        const double off[3] = {shd_length(shd_sub(p, bend->point)),
+                               shd_length(shd_sub(n, bend->normal)),
+                               shd_length(shd_sub(v, bend->view))},
+                     told[3] = {bend->points.first, bend->normals.first, bend->views.first};
+        for (int i = 0; i < 3; i++)
+            if (!(off[i] <= told[i] * bend->reach * (1 + 1e-9) + 1e-9 * (i ? 1 : s->radius + 1)))
+                fail_msg("seed %llu: vector %d is %g off, not %g", (unsigned long long)seed, i,
+                         off[i], told[i] * bend->reach);
+    }
+}
+
+static void centers_are_no_farther_off_than_told(void **state) {
+    static const int patterns[] = {2, 3, 4, 8, 9, 16, 64};
+    (void)state;
+    size_t bent = 0, close = 0, smooth = 0;
+    for (uint64_t seed = 1; bent < 3000; seed++) {
+        uint64_t random = seed * 7919 + 3;
+        stage s = {.samples = patterns[seed % 6 + (seed % 60 == 0)]};
+        set_object(&s, &random);
+        shd_bend bend;
+        if (!shd_sight_bend(&s.sight, &s.survey, 0, &bend)) continue;
+        bent++;
+        set_plan(&s, &bend, &random);
+        check_bend(&s, &bend, seed);
+        const shd_pattern_spread spread = shd_spread_of(s.samples);
+        const double told = least_told(&s, &bend, &spread), off = most_off(&s);
+        if (!(off <= told * 1.0001 + 1e-9))
+            fail_msg("seed %llu: off by %g, not %g", (unsigned long long)seed, off, told);
+        smooth += told <= SHD_DRAFT_OFF;
+        close += off * 20 > told;
+    }
+    print_message("%zu of %zu blocks are smooth, %zu told within 20 times\n", smooth, bent, close);
+    assert_true(smooth > bent / 20 && close > bent / 10);
+}
+
+/* A row's samples are at its middle on average, so that slopes alone do not count. */
+static void patterns_have_their_spread(void **state) {
+    (void)state;
+    for (int n = 2; n <= 64; n++) {
+        const shd_pattern_spread spread = shd_spread_of(n);
+        /* n rooks: 1/12 (1 - 1/n^2) along each axis. */
+        const double each = (1 - 1.0 / ((double)n * n)) / 12;
+        assert_true(fabs(spread.square - 2 * each) < 1e-8);
+        assert_true(spread.along >= each - 1e-9 && spread.along <= spread.square);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(centers_are_no_farther_off_than_told),
+        cmocka_unit_test(patterns_have_their_spread),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
