@@ -4,21 +4,33 @@
 #include "bound/light/error.h"
 #include "plan/peaks.h"
 
+static double function_error(const shd_glance *g) {
+    return g->narrow ? SHD_WEIGHT_FUNCTION32 : SHD_WEIGHT_FUNCTION;
+}
+
+/* Errors of N.L (a + b s) by directions go with 1 / max(N.L, N.V), and N.L s is L.V - N.L N.V where
+ * N.L is the larger one: below SHD_ALONG, f32 leaves the point to f64. */
+static double rough_error(const shd_glance *g) {
+    const double view = g->narrow ? shd_larger(g->view, 0.99 * SHD_ALONG) : g->view;
+    return 4 * g->direction / view + function_error(g);
+}
+
 static shd_weight weigh_diffuse(const shd_plan_material *m, const shd_glance *g) {
     const double facing = g->lit.facing_high;
-    const shd_weight lambert = {facing, g->direction + SHD_WEIGHT_FUNCTION * facing};
+    const shd_weight lambert = {facing, g->direction + function_error(g) * facing};
     if (m->model != SHD_MODEL_OREN_NAYAR) return lambert;
     /* N.L (a + b s), where s is max(0, L.V - N.L N.V) / max(N.L, N.V), and N.L s is at most 1. */
     const double square = m->from->sigma * m->from->sigma, b = 0.45 * square / (square + 0.09);
     return (shd_weight){facing + b * shd_smaller(1, facing / g->view),
-                        lambert.error + b * (4 * g->direction / g->view + SHD_WEIGHT_FUNCTION)};
+                        lambert.error + b * rough_error(g)};
 }
 
 /* The error of (x+)^shininess with x a cosine of at most `shine`, by directions and functions. For
  * an exponent below 1 the slope has no limit, but |x^n - y^n| <= |x - y|^n. */
 static double power_error(double shininess, double shine, double most, double direction,
                           const shd_glance *g, size_t lights) {
-    const shd_lobe_error e = shd_lobe_error_of(SHD_EXACT, shininess, lights);
+    const shd_lobe_error e =
+        shd_lobe_error_of(g->narrow ? SHD_STANDARD : SHD_EXACT, shininess, lights);
     double turned = shd_lobe_turned(&e, shine, most, direction);
     if (g->drifts && shininess > 0 && shininess < 1) turned = pow(direction, shininess);
     return shd_lobe_sum(turned, shd_lobe_functions(&e, most)) + shd_lobe_faint(&e, most);
@@ -29,9 +41,12 @@ static shd_weight weigh_phong(double shininess, const shd_glance *g, size_t ligh
     return (shd_weight){most, power_error(shininess, shine, most, g->direction, g, lights)};
 }
 
-/* H = (L + V) / |L + V| errs by as much as L and V, divided by 2 V.H, twice. */
+/* H = (L + V) / |L + V| errs by as much as L and V, divided by 2 V.H, twice. Where |L + V| is
+ * small, f32 leaves the point to f64. */
 static double half_error(const shd_glance *g) {
-    return shd_smaller(g->direction / g->half, 1);
+    static const double LEAST = 0.49 * 0x1p-3; /* of half of a root of SHD_OPPOSITE */
+    const double half = g->narrow ? shd_larger(g->half, LEAST) : g->half;
+    return shd_smaller(g->direction / half, 1);
 }
 
 static shd_weight weigh_blinn(double shininess, const shd_glance *g, size_t lights) {
@@ -40,12 +55,15 @@ static shd_weight weigh_blinn(double shininess, const shd_glance *g, size_t ligh
 
 /* The factor pi N.L / E is at most (n + 2) / 2, because E, without the part of the lobe below the
  * horizon, which is negative there, is N.L 2 pi / (n + 2). Its slope is at most 3 pi / E(0), where
- * E(0) >= 2 sqrt(pi / (2 (n + 1))) / (n + 2). E is computed to 1e-10. */
+ * E(0) >= 2 sqrt(pi / (2 (n + 1))) / (n + 2). E is computed to 1e-10, and in f32 as other
+ * functions.
+ */
 static shd_weight weigh_normalized(double shininess, const shd_glance *g, size_t lights) {
     const shd_weight lobe = weigh_phong(shininess, g, lights);
     const double factor = (shininess + 2) / 2,
                  level = 2 * sqrt(SHD_PI / (2 * (shininess + 1))) / (shininess + 2);
-    return (shd_weight){factor * lobe.most, factor * (lobe.error + 1e-10 * lobe.most) +
+    const double function = g->narrow ? SHD_WEIGHT_FUNCTION32 : 1e-10;
+    return (shd_weight){factor * lobe.most, factor * (lobe.error + function * lobe.most) +
                                                 3 * SHD_PI / level * g->direction * lobe.most};
 }
 

@@ -7,6 +7,10 @@
  * functions of a model. */
 static const double SHD_WEIGHT_DIRECTION = 16 * 0x1p-53, SHD_WEIGHT_FUNCTION = 1e-13;
 
+/* The same in f32, of N and W: what N.L, N.V and N.H are off by, and functions. Figures are 1.2
+ * times and more what tests/unit/shade_models32.c has seen. */
+static const double SHD_WEIGHT_DIRECTION32 = 5 * 0x1p-24, SHD_WEIGHT_FUNCTION32 = 10 * 0x1p-24;
+
 /* A light at a piece, and how the piece is seen. */
 typedef struct shd_glance {
     shd_lit lit;
@@ -16,6 +20,8 @@ typedef struct shd_glance {
     double half;      /* nor is any V.H */
     double around;    /* by how much the tangent is turned around the normal, in radians */
     bool drifts;      /* directions are off by more than rounding of some operations */
+    bool narrow;      /* it is about what f32 does, and not f64 */
+    double relative;  /* narrow: the error of the distance and what depends on it */
 } shd_glance;
 
 /* Of a light of 1 before attenuation. */
