@@ -134,11 +134,12 @@ static bool has_models(const shd_scene *scene) {
 /* Whether f32 has kernels that are good for a material. */
 static bool fits_f32(const shd_material *material) {
     if (material->model == SHD_MODEL_PHONG || material->model == SHD_MODEL_OREN_NAYAR) return true;
-    if (material->model != SHD_MODEL_BLINN_PHONG && material->model != SHD_MODEL_PHONG_NORMALIZED)
-        return false;
+    const bool blinn = material->model == SHD_MODEL_BLINN_PHONG;
+    if (!blinn && material->model != SHD_MODEL_PHONG_NORMALIZED) return false;
+    const double steepest = blinn ? SHD_STEEPEST_BLINN : SHD_STEEPEST_NORMALIZED;
     for (size_t k = 0; k < material->lobe_count; k++) {
         const double shininess = material->lobes[k].shininess;
-        if (shd_is_sheer(shininess) || shininess > SHD_STEEPEST) return false;
+        if (shd_is_sheer(shininess) || shininess > steepest) return false;
     }
     return true;
 }

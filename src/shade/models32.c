@@ -13,7 +13,8 @@ static shd_packed_energy32 pack_energy(const shd_packed_energy *from) {
                                .twice = (float)from->twice,
                                .shift = (float)(-from->middle * from->twice),
                                .gain = (float)(SHD_PI * (2 * from->half + 2)),
-                               .slope = (float)(2 * SHD_PI)};
+                               .slope = (float)(2 * SHD_PI),
+                               .low = (float)shd_normalized_low(2 * from->half)};
     for (int k = 0; k < SHD_ENERGY_TERMS; k++) {
         out.terms[k] = (float)from->terms[k];
         if (fabs(from->terms[k]) > LEAST_TERM * fabs(from->terms[0])) out.count = k + 1;

@@ -3,8 +3,8 @@
  *
  * All is made of N and W, the mirrored view, so that points are those of Phong's model. With c =
  * N.L and v = N.V = N.W, the part of L - W that is beside N is that of L + V: let t be it. Then
- * |L + V|^2 = t^2 + (c + v)^2, N.H = (c + v) / |L + V|, and 1 - (N.H)^2 = t^2 / |L + V|^2 does not
- * cancel. L.V - c v is c v - L.W.
+ * |L + V|^2 = t^2 + (c + v)^2, N.H = (c + v) / |L + V|, and 1 - N.H is t^2 / (|L + V|^2 + (c + v)
+ * |L + V|), which does not cancel. L.V - c v is c v - L.W.
  *
  * Where f32's rounding would be magnified, near an end of the model or where light and view are
  * both along the surface (plan/tier.h), points are marked, and lit again in f64.
@@ -158,23 +158,26 @@ SHD_INLINE shd_vf normalize_lobe(const shd_packed_energy32 *e, shd_vf facing) {
            shd_vf_fma(shd_vf_set(e->beta) * fall, psi, shd_vf_set(e->slope) * c);
 }
 
-/* Adds lobes, of which `off` is 1 less the square of a cosine (or 1 less it, if `whole`). */
+/* Adds lobes, of which `off` is 1 less the cosine. */
 SHD_INLINE void add_lobes(const shd_sums_job *job, const shd_packed_model *m, const arrival *by,
-                          const float *color, shd_vf off, shd_mf lit, shd_vf *sums) {
+                          const float *color, shd_vf off, shd_mf lit, shd_mf *again, shd_vf *sums) {
     const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
-    const bool whole = m->energies != NULL;
     const shd_vf largest = shd_vf_set(0x1.fffffep-1f);
     shd_vf log = off;
     bool has_log = false;
     for (size_t k = 0; k < job->lobe_count; k++) {
-        const float n = (float)lobes[k].shininess, exponent = whole ? n : n / 2;
+        const float exponent = (float)lobes[k].shininess;
         const shd_mf in = shd_vf_gt_in(lit, shd_vf_set(m->cut / exponent), off);
         if (!shd_mf_any(in)) continue;
         if (!has_log) log = shd_log2_1m(smaller_of(off, largest));
         has_log = true;
         shd_vf weight =
             shd_exp2(shd_vf_max(log * shd_vf_set(exponent), shd_vf_set((float)SHD_LEAST_LOG2)));
-        if (whole) weight *= normalize_lobe(&m->energies[job->first_lobe + k], by->facing);
+        if (m->energies) {
+            const shd_packed_energy32 *energy = &m->energies[job->first_lobe + k];
+            *again = shd_mf_or(*again, shd_vf_gt_in(in, shd_vf_set(energy->low), by->facing));
+            weight *= normalize_lobe(energy, by->facing);
+        }
         add_white(shd_vf_mul_in(in, weight, by->factor), color, sums + 3 * k);
     }
 }
@@ -187,11 +190,13 @@ SHD_INLINE void add_shine(const shd_sums_job *job, const shd_packed_model *m, co
         shd_vf chord[3];
         for (int c = 0; c < 3; c++) chord[c] = by->toward[c] - at->w[c];
         const shd_vf off = dot_lanes(chord, chord) * shd_vf_set(0.5f);
-        add_lobes(job, m, by, color, off, shd_vf_gt_in(by->lit, one, off), sums);
+        add_lobes(job, m, by, color, off, shd_vf_gt_in(by->lit, one, off), again, sums);
     } else {
         const halfway h = halve_lanes(at, by, (float)SHD_OPPOSITE, again);
         const shd_mf upright = shd_vf_gt_in(by->lit, h.sum, zero);
-        add_lobes(job, m, by, color, h.beside / h.lv, upright, sums);
+        /* 1 - N.H, whose errors near N.H = 0 do not grow */
+        const shd_vf off = h.beside / shd_vf_fma(h.sum, shd_vf_sqrt(h.lv), h.lv);
+        add_lobes(job, m, by, color, off, upright, again, sums);
     }
 }
 

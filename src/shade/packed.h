@@ -82,8 +82,8 @@ enum { SHD_WIDE_LOBES = 8, SHD_WIDE_ROWS = 3 + 3 * SHD_WIDE_LOBES };
  *     pi c / E = gain c / (slope c + beta (1 - c^2)^exponent psi),
  * and the series is one of (kappa - c) / (kappa + c) twice + shift. */
 typedef struct shd_packed_energy32 {
-    float exponent, beta, kappa, twice, shift, gain, slope, terms[SHD_ENERGY_TERMS];
-    int count; /* of the terms */
+    float exponent, beta, kappa, twice, shift, gain, slope, low, terms[SHD_ENERGY_TERMS];
+    int count; /* of the terms; `low` is shd_normalized_low */
 } shd_packed_energy32;
 
 /* A material beside Phong's in f32. */

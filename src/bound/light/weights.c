@@ -11,8 +11,8 @@ static double function_error(const shd_glance *g) {
 /* Errors of N.L (a + b s) by directions go with 1 / max(N.L, N.V), and N.L s is L.V - N.L N.V where
  * N.L is the larger one: below SHD_ALONG, f32 leaves the point to f64. */
 static double rough_error(const shd_glance *g) {
-    const double view = g->narrow ? shd_larger(g->view, 0.99 * SHD_ALONG) : g->view;
-    return 4 * g->direction / view + function_error(g);
+    if (g->narrow) return 2 * g->direction / shd_larger(g->view, 0.99 * SHD_ALONG);
+    return 4 * g->direction / g->view + function_error(g);
 }
 
 static shd_weight weigh_diffuse(const shd_plan_material *m, const shd_glance *g) {
@@ -41,30 +41,42 @@ static shd_weight weigh_phong(double shininess, const shd_glance *g, size_t ligh
     return (shd_weight){most, power_error(shininess, shine, most, g->direction, g, lights)};
 }
 
-/* H = (L + V) / |L + V| errs by as much as L and V, divided by 2 V.H, twice. Where |L + V| is
- * small, f32 leaves the point to f64. */
+/* H = (L + V) / |L + V| errs by as much as L and V, divided by 2 V.H, twice. */
 static double half_error(const shd_glance *g) {
-    static const double LEAST = 0.49 * 0x1p-3; /* of half of a root of SHD_OPPOSITE */
-    const double half = g->narrow ? shd_larger(g->half, LEAST) : g->half;
-    return shd_smaller(g->direction / half, 1);
+    return shd_smaller(g->direction / g->half, 1);
+}
+
+/* By how much the angle between N and H errs. In f32 its tangent is that of two sides of L + V,
+ * which is 2 V.H long; where that is short, the point is left to f64. */
+static double tilt_error(const shd_glance *g) {
+    static const double LEAST = 0.99 * 0x1p-3; /* of a root of SHD_OPPOSITE */
+    if (!g->narrow) return g->direction + half_error(g);
+    return (SHD_WEIGHT_SUM32 + g->place) / shd_larger(2 * g->half, LEAST);
 }
 
 static shd_weight weigh_blinn(double shininess, const shd_glance *g, size_t lights) {
-    return (shd_weight){1, power_error(shininess, 1, 1, g->direction + half_error(g), g, lights)};
+    return (shd_weight){1, power_error(shininess, 1, 1, tilt_error(g), g, lights)};
 }
 
 /* The factor pi N.L / E is at most (n + 2) / 2, because E, without the part of the lobe below the
- * horizon, which is negative there, is N.L 2 pi / (n + 2). Its slope is at most 3 pi / E(0), where
- * E(0) >= 2 sqrt(pi / (2 (n + 1))) / (n + 2). E is computed to 1e-10, and in f32 as other
- * functions.
- */
+ * horizon, which is negative there, is N.L 2 pi / (n + 2). With c = N.L, s = 1 - c^2, h = n / 2 and
+ * g = Gamma(h + 1/2) / Gamma(h + 1), (n + 2) dE/dc is 2 pi - sqrt(pi) g h B(s; h, 1/2) by the
+ * closed form (shade/brdf.c), and the second term is pi at most. So E rises, the factor's slope is
+ * at most pi / E(0), and E(0) = sqrt(pi) g / (n + 2) >= sqrt(pi / (h + 1/2)) / (n + 2). E is
+ * computed to 1e-10, and in f32 as other functions.
+ *
+ * At c the slope is pi E(0) s^h / E^2, for E - c dE/dc is E(0) s^h. As (n + 2) dE/dc is at least
+ * pi, and g below 1 / sqrt(h + 1/4), E / E(0) is 1 + c sqrt(pi (h + 1/4)) or more. From n = 8 and c
+ * = 0.49 / sqrt(h + 1/2) on, that is 1.84, s^h at most 0.81, and the slope a quarter. f32 leaves
+ * points below to f64. */
 static shd_weight weigh_normalized(double shininess, const shd_glance *g, size_t lights) {
     const shd_weight lobe = weigh_phong(shininess, g, lights);
-    const double factor = (shininess + 2) / 2,
-                 level = 2 * sqrt(SHD_PI / (2 * (shininess + 1))) / (shininess + 2);
-    const double function = g->narrow ? SHD_WEIGHT_FUNCTION32 : 1e-10;
+    const double factor = (shininess + 2) / 2, function = g->narrow ? SHD_WEIGHT_FUNCTION32 : 1e-10,
+                 level = sqrt(SHD_PI / (shininess / 2 + 0.5)) / (shininess + 2),
+                 slope =
+                     SHD_PI / level * (g->narrow && shd_normalized_low(shininess) > 0 ? 0.25 : 1);
     return (shd_weight){factor * lobe.most, factor * (lobe.error + function * lobe.most) +
-                                                3 * SHD_PI / level * g->direction * lobe.most};
+                                                slope * g->direction * lobe.most};
 }
 
 static double largest_index(const shd_fresnel *f, double most) {

@@ -7,9 +7,11 @@
  * functions of a model. */
 static const double SHD_WEIGHT_DIRECTION = 16 * 0x1p-53, SHD_WEIGHT_FUNCTION = 1e-13;
 
-/* The same in f32, of N and W: what N.L, N.V and N.H are off by, and functions. Figures are 1.2
- * times and more what tests/unit/shade_models32.c has seen. */
-static const double SHD_WEIGHT_DIRECTION32 = 5 * 0x1p-24, SHD_WEIGHT_FUNCTION32 = 10 * 0x1p-24;
+/* The same in f32: directions as a chord, with what N.L is off by; the part of L + V beside N, and
+ * that along it; functions. Figures are 1.2 times and more what tests/unit/shade_models32.c has
+ * seen. */
+static const double SHD_WEIGHT_DIRECTION32 = 3 * 0x1p-24, SHD_WEIGHT_SUM32 = 3 * 0x1p-24,
+                    SHD_WEIGHT_FUNCTION32 = 10 * 0x1p-24;
 
 /* A light at a piece, and how the piece is seen. */
 typedef struct shd_glance {
