@@ -18,14 +18,15 @@ static bool is_exact(const shd_choice *choice, const shd_excess_list *list) {
     return choice->tier == SHD_EXACT && list->more == 0;
 }
 
-/* How far a plan with points for shapes (point_off), or with tables of environments, is off the
- * exact tier's picture, which has shapes and quadrature: each is within its bound of the model.
- * Channels may err any way, of any colors up to the brightest. */
+/* How far a plan with points for shapes (point_off), with tables of environments, or with models in
+ * f32, is off the exact tier's picture, which has shapes, quadrature and f64: each is within its
+ * bound of the model. Channels may err any way, of any colors up to the brightest. */
 static void compare_points(const shd_plan *plan, shd_excess_list *out) {
     static const shd_parts any = {{0, 0, 0}, {1, 1, 1}};
     shd_plan shapes = *plan;
     shapes.point_off = 0;
     shapes.glows = NULL;
+    shapes.tier = SHD_EXACT;
     *out = (shd_excess_list){.count = 1, .mixed = plan->scene->raster.samples > 1};
     out->more = shd_extended_error(plan) + shd_extended_error(&shapes);
     shd_excess *e = &out->excess[0];
@@ -37,7 +38,7 @@ static void compare_points(const shd_plan *plan, shd_excess_list *out) {
 /* The bound of it in codes, or in CIEDE2000: `enough` as in shd_bound_delta_e. */
 static double shown_off(const shd_plan *plan, const shd_shown *shown, shd_metric metric,
                         double enough) {
-    if (!(plan->point_off > 0) && !plan->glows) return 0;
+    if (!(plan->point_off > 0) && !plan->glows && !shd_has_models32(plan)) return 0;
     shd_excess_list list;
     double worst = 0;
     compare_points(plan, &list);
@@ -52,6 +53,7 @@ static double shown_off(const shd_plan *plan, const shd_shown *shown, shd_metric
 /* The plan as it was chosen so far. */
 static shd_plan chosen_plan(const shd_choice *choice) {
     shd_plan plan = *choice->plan;
+    plan.tier = choice->tier;
     plan.point_off = choice->point_off;
     if (choice->by_quadrature) plan.glows = NULL;
     return plan;
@@ -243,7 +245,20 @@ static double find_point_off(const shd_plan *draft, bool by_quadrature, const sh
     return 0;
 }
 
-/* The only tier that extended scenes have. */
+/* Whether models in f32 meet the budget, and cost less. */
+static bool meet_by_models32(shd_choice *choice, const shd_shown *shown,
+                             const shd_kernel_cost *costs) {
+    const shd_plan *draft = choice->plan;
+    shd_tier ranked[SHD_EXACT + 1];
+    if (!draft->models32 || draft->scene->accuracy.exactly) return false;
+    shd_plan_rank_tiers(draft, costs, ranked);
+    choice->tier = ranked[0];
+    if (choice->tier == SHD_EXACT || !is_within(choice, shown, NULL)) return false;
+    set_bound(choice, shown, NULL);
+    return true;
+}
+
+/* The only tier that most extended scenes have. */
 static shd_status meet_exactly(shd_choice *choice, const shd_shown *shown, shd_arena *arena,
                                shd_error *error) {
     shd_excess_list list = {0};
@@ -263,6 +278,7 @@ static shd_status meet_exactly(shd_choice *choice, const shd_shown *shown, shd_a
 static shd_status meet_budget(shd_choice *choice, const shd_shown *shown,
                               const shd_kernel_cost *costs, shd_arena *arena, shd_error *error) {
     const shd_plan *draft = choice->plan;
+    if (meet_by_models32(choice, shown, costs)) return SHD_OK;
     if (draft->extended) return meet_exactly(choice, shown, arena, error);
     shd_tier ranked[SHD_EXACT + 1];
     shd_plan_rank_tiers(draft, costs, ranked);
@@ -285,7 +301,7 @@ shd_status shd_choose(const shd_plan *draft, const shd_shown *shown, const shd_k
                       shd_arena *arena, shd_choice *out, shd_error *error) {
     const shd_accuracy *accuracy = &draft->scene->accuracy;
     shd_choice choice = {.plan = draft,
-                         .tier = draft->extended ? SHD_EXACT : accuracy->tier,
+                         .tier = draft->extended && !draft->models32 ? SHD_EXACT : accuracy->tier,
                          .by_quadrature = !accuracy->budget && accuracy->tier == SHD_EXACT,
                          .mean_off = accuracy->draft ? shd_plan_draft_off(draft) : 0};
     const shd_status status = accuracy->budget ? meet_budget(&choice, shown, costs, arena, error)

@@ -19,6 +19,10 @@ static const double models[SHD_MODEL_COUNT] = {
 };
 static const light_cost points = {25, 15}; /* alone */
 
+/* The same in f32. */
+static const double models32[SHD_MODEL_COUNT] = {
+    [SHD_MODEL_BLINN_PHONG] = 1, [SHD_MODEL_PHONG_NORMALIZED] = 2, [SHD_MODEL_OREN_NAYAR] = 0.5};
+
 /* What vectors take more behind shadows, for the points of a crowd. */
 static const double SHARED = 8;
 
@@ -67,10 +71,11 @@ static double around_cost(const shd_plan *plan, const shd_plan_material *m,
 }
 
 double shd_beyond_cost(const shd_plan *plan, const shd_plan_material *m,
-                       const shd_plan_light *light, double vectors) {
+                       const shd_plan_light *light, shd_tier tier, double vectors) {
     const bool shadows = plan->scene->trace.shadows;
     const int way = shadows && plan->tinted ? ALONE : VECTORS;
     const double shared = shadows ? SHARED : 0;
+    if (plan->models32 && tier != SHD_EXACT) return vectors + models32[m->model];
     if (light->environment) return around_cost(plan, m, light);
     if (light->shape) return shared + shape_cost(m, light->shape, way);
     if (way == VECTORS) return shared + vectors + models[m->model];

@@ -223,7 +223,7 @@ static double light_of(const shd_plan *plan, size_t index, const shd_kernel_cost
     double sum = sample;
     for (size_t j = 0; j < lit->light_count; j++)
         sum += slower * shd_beyond_cost(plan, &plan->materials[lit->material],
-                                        &plan->lights[lit->lights[j]], light / slower);
+                                        &plan->lights[lit->lights[j]], tier, light / slower);
     return sum;
 }
 

@@ -26,7 +26,7 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
 /* Nanoseconds of a light at a hit in an extended plan, of which `vectors` are those of a point on
  * Phong's model; but for the rays to it. Inside of plan/. */
 double shd_beyond_cost(const shd_plan *plan, const shd_plan_material *m,
-                       const shd_plan_light *light, double vectors);
+                       const shd_plan_light *light, shd_tier tier, double vectors);
 
 /* Triangles of the tree that a picture builds for an object. 0: it needs none, or there is one: the
  * mesh is kept, or an earlier object has it. */

@@ -5,6 +5,7 @@
 #include "plan/bend.h"
 #include "plan/parts.h"
 #include "plan/textures.h"
+#include "plan/tier.h"
 
 static shd_plan_light plan_light(const shd_light *light, size_t index) {
     shd_plan_light out = {.index = index};
@@ -117,14 +118,42 @@ static void find_greys(shd_plan *plan) {
     }
 }
 
-/* Whether anything that is used goes beyond Phong's model and lights that are points. */
-static bool is_extended(const shd_scene *scene, const shd_plan_light *lights, size_t count) {
+/* Whether anything that is used goes beyond lights that are points in RGB. */
+static bool is_beyond_points(const shd_scene *scene, const shd_plan_light *lights, size_t count) {
     if (shd_is_traced(scene) || scene->spectral.channels || scene->backdrop) return true;
     for (size_t j = 0; j < count; j++)
         if (lights[j].shape || lights[j].environment) return true;
+    return false;
+}
+
+/* Whether anything that is used goes beyond Phong's model. */
+static bool has_models(const shd_scene *scene) {
     for (size_t m = 0; m < scene->material_count; m++)
         if (scene->materials[m].model != SHD_MODEL_PHONG) return true;
     return false;
+}
+
+/* Whether f32 has kernels that are good for a material. */
+static bool fits_f32(const shd_material *material) {
+    if (material->model == SHD_MODEL_PHONG || material->model == SHD_MODEL_OREN_NAYAR) return true;
+    const bool blinn = material->model == SHD_MODEL_BLINN_PHONG;
+    if (!blinn && material->model != SHD_MODEL_PHONG_NORMALIZED) return false;
+    const double steepest = blinn ? SHD_STEEPEST_BLINN : SHD_STEEPEST_NORMALIZED;
+    for (size_t k = 0; k < material->lobe_count; k++) {
+        const double shininess = material->lobes[k].shininess;
+        if (shd_is_sheer(shininess) || shininess > steepest) return false;
+    }
+    return true;
+}
+
+static bool has_models32(const shd_plan *plan, const shd_plan_light *lights, size_t count) {
+    const shd_scene *scene = plan->scene;
+    if (!plan->extended || plan->beyond_points || !shd_isa_fuses(plan->isa)) return false;
+    for (size_t m = 0; m < scene->material_count; m++)
+        if (!fits_f32(&scene->materials[m])) return false;
+    for (size_t j = 0; j < count; j++)
+        if (lights[j].steep) return false;
+    return true;
 }
 
 /* Makes the lists of lights and everything that follows from them. */
@@ -195,7 +224,9 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
         }
     }
     if (!shd_plan_light_bins(plan, lights, count, arena)) return false;
-    plan->extended = is_extended(scene, lights, count);
+    plan->beyond_points = is_beyond_points(scene, lights, count);
+    plan->extended = plan->beyond_points || has_models(scene);
+    plan->models32 = has_models32(plan, lights, count);
     if (!plan_planes(scene, arena, plan) || !make_materials(plan, ambient, bins, arena) ||
         !arrange_lights(plan, lights, count, drops, arena))
         return false;

@@ -165,6 +165,10 @@ typedef struct shd_plan {
      * model, a light with a shape, or traced rays. All of it is lit in the exact tier's f64
      * (shade/extended.h), so that kernels and bounds of all other scenes know nothing of it. */
     bool extended;
+    bool beyond_points; /* extended by more than models of reflection */
+    /* Whether the scene is extended by nothing but models that have kernels in f32, so that it has
+     * the standard tier, too (shade/models32.simd.c). */
+    bool models32;
     /* [scene->material_count]: what the microgeometry of each material reflects (shade/westin.h);
      * NULL for others. NULL: there is none, or it is not simulated yet. */
     const struct shd_westin *const *westin;
@@ -207,6 +211,11 @@ bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_aren
 
 /* Makes the plan that was chosen. False: memory. */
 bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan **out);
+
+/* Whether models beside Phong's are lit in f32. */
+static inline bool shd_has_models32(const shd_plan *plan) {
+    return plan->models32 && plan->tier != SHD_EXACT;
+}
 
 /* The table of an environment on a term (0: diffuse, 1 + lobe). NULL: there is none. */
 static inline const shd_glow *shd_find_glow(const shd_plan *plan, const shd_plan_material *material,

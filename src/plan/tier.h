@@ -51,6 +51,19 @@ static inline bool shd_is_sheer(double exponent) {
 /* The least power of 2 that the standard tier's functions give, for smaller ones, too. */
 enum { SHD_LEAST_LOG2 = -125 };
 
+/* Models beside Phong's magnify what f32 rounds where light and view are both along the surface.
+ * Points are lit again in f64 at which neither N.L nor N.V of Oren-Nayar's model is as large as
+ * SHD_ALONG, or |L + V|^2 of half vectors as SHD_OPPOSITE. */
+static const double SHD_ALONG = 0x1p-4, SHD_OPPOSITE = 0x1p-6;
+
+/* So they are where N.L is below this under a normalized lobe, whose factor is steep there. */
+static inline double shd_normalized_low(double shininess) {
+    return shininess < 8 ? 0 : 0.5 / sqrt(shininess / 2 + 0.5);
+}
+
+/* Steeper lobes are done in f64. */
+static const double SHD_STEEPEST_BLINN = 1e4, SHD_STEEPEST_NORMALIZED = 32;
+
 /* What rounding to f64 does to a hit, relative to the lengths on the way to it (sight/tie.h). */
 static const double SHD_HIT_ROUNDING = 16 * 0x1p-53;
 

@@ -222,7 +222,8 @@ static const shd_westin_colored *color_tables(const shd_plan *plan, shd_arena *a
 shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows, shd_arena *arena) {
     static shd_sums_function *const sums32[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums32),
                                     *const sums64[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums64),
-                                    *const brdf64[SHD_ISA_COUNT] = SHD_VARIANTS(shd_brdf64);
+                                    *const brdf64[SHD_ISA_COUNT] = SHD_VARIANTS(shd_brdf64),
+                                    *const models32[SHD_ISA_COUNT] = SHD_VARIANTS(shd_models32);
     const bool fast = plan->tier != SHD_EXACT;
     const size_t material_count = fast ? plan->scene->material_count : 0;
     const size_t light_count = plan->light_count;
@@ -245,14 +246,17 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows,
         const shd_plan_material *from = &plan->materials[m];
         shd_packed_lobe *lobes = shd_arena_alloc(arena, from->lobe_count, sizeof *lobes);
         if (!lobes) return NULL;
-        materials[m] = (shd_packed_material){.lobes = lobes};
+        materials[m] = (shd_packed_material){.lobes = lobes, .sums = sums32[plan->isa]};
         for (size_t k = 0; k < from->lobe_count; k++) {
             lobes[k] = shd_pack_lobe(plan, from->lobes[k].shininess);
-            materials[m].wide |= shd_is_sheer(from->lobes[k].shininess);
+            if (shd_is_sheer(from->lobes[k].shininess)) materials[m].sums = sums64[plan->isa];
         }
+        if (!plan->models32 || from->model == SHD_MODEL_PHONG) continue;
+        materials[m].sums = models32[plan->isa];
+        materials[m].model = shd_pack_model32(plan, from, energies[m], arena);
+        if (!materials[m].model) return NULL;
     }
     *lighting = (shd_lighting){.plan = plan,
-                               .sums32 = sums32[plan->isa],
                                .sums64 = sums64[plan->isa],
                                .lights = lights,
                                .wide = wide,

@@ -66,11 +66,6 @@ typedef struct shd_packed_lobe {
     float shininess;
 } shd_packed_lobe;
 
-typedef struct shd_packed_material {
-    const shd_packed_lobe *lobes; /* [lobe_count] */
-    bool wide; /* whether a shininess is below 1, whose edge at R.V = 0 is too steep for f32 */
-} shd_packed_material;
-
 enum { SHD_ENERGY_TERMS = 28 };
 
 /* The energy of a normalized Phong lobe of exponent 2 half: with c = N.L and s^2 = 1 - c^2,
@@ -82,6 +77,21 @@ typedef struct shd_packed_energy {
 } shd_packed_energy;
 
 enum { SHD_WIDE_LOBES = 8, SHD_WIDE_ROWS = 3 + 3 * SHD_WIDE_LOBES };
+
+/* The same in f32, with terms that matter there:
+ *     pi c / E = gain c / (slope c + beta (1 - c^2)^exponent psi),
+ * and the series is one of (kappa - c) / (kappa + c) twice + shift. */
+typedef struct shd_packed_energy32 {
+    float exponent, beta, kappa, twice, shift, gain, slope, low, terms[SHD_ENERGY_TERMS];
+    int count; /* of the terms; `low` is shd_normalized_low */
+} shd_packed_energy32;
+
+/* A material beside Phong's in f32. */
+typedef struct shd_packed_model {
+    float even, rough;                   /* Oren-Nayar's N.L (even + rough s) */
+    float cut;                           /* lobes are nothing where they are below exp(-cut) */
+    const shd_packed_energy32 *energies; /* [lobe_count]; NULL but for normalized Phong lobes */
+} shd_packed_model;
 
 /* The points of a call, and what is done with them: points in f64 (`points`), whose sums go to
  * diffuse64 and specular64, or in f32 (`narrow`), whose sums are rounded. The pointers of the
@@ -112,6 +122,16 @@ shd_sums_function shd_sums64_portable, shd_sums64_avx2, shd_sums64_avx512;
 /* Sums in f64 of all models, spectra and lights with a shape, of points in f64. */
 shd_sums_function shd_brdf64_portable, shd_brdf64_avx2, shd_brdf64_avx512;
 
+/* Sums in f32 of plan->models32, of points in f32 only. */
+shd_sums_function shd_models32_portable, shd_models32_avx2, shd_models32_avx512;
+
+typedef struct shd_packed_material {
+    const shd_packed_lobe *lobes; /* [lobe_count] */
+    /* In f32, or in f64 if a shininess is below 1, whose edge at R.V = 0 is too steep for f32. */
+    shd_sums_function *sums;
+    const shd_packed_model *model; /* NULL: it is Phong's */
+} shd_packed_material;
+
 /* Computes one light at one vector of floats. The contributions of the set bits of `lanes`, from
  * point `first` on, go to rows[SHD_WIDE_ROWS][vector], and 0 in the other lanes. Rows are the
  * channels of the diffuse sum, then 3 + 3 lobe + channel. */
@@ -121,7 +141,7 @@ shd_add_wide_function shd_add_wide_portable, shd_add_wide_avx2, shd_add_wide_avx
 
 struct shd_lighting {
     const shd_plan *plan;
-    shd_sums_function *sums32, *sums64;   /* the variants of the plan's instruction set */
+    shd_sums_function *sums64;            /* the variant of the plan's instruction set */
     const shd_packed_light *lights;       /* [plan->light_count]; NULL for the exact tier */
     const shd_wide_light *wide, *exact;   /* [plan->light_count]: for narrow points, for others */
     const shd_packed_material *materials; /* [plan->material_count] */
@@ -138,6 +158,10 @@ struct shd_lighting {
 /* Packs a light, and a material's lobes, for the tier. */
 shd_packed_light shd_pack_light(const shd_plan *plan, const shd_plan_light *light);
 shd_packed_lobe shd_pack_lobe(const shd_plan *plan, double shininess);
+
+/* Packs a material beside Phong's; `energies` are lighting->energies of it. NULL: memory. */
+const shd_packed_model *shd_pack_model32(const shd_plan *plan, const shd_plan_material *material,
+                                         const shd_packed_energy *energies, shd_arena *arena);
 
 /* Marks the points of a vector whose bits are set. */
 static inline void shd_mark_edges(uint8_t *edges, size_t first, unsigned lanes) {

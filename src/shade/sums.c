@@ -38,7 +38,7 @@ void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *mat
                               .diffuse = diffuse,
                               .specular = specular,
                               .edges = edges};
-    sum_points(&job, packed->wide ? lighting->sums64 : lighting->sums32);
+    sum_points(&job, packed->sums);
 }
 
 /* Whether a light has a shape, or comes from all around. */

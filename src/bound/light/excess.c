@@ -134,7 +134,7 @@ static bool find_object(shd_finding *f, size_t index, bool same_group, bool few,
     f->place.known = f->place.known && few;
     f->misplaced = shd_misplaced_of(plan->scene, &f->place);
     for (size_t k = 0; k < object->light_count && !is_clustered(f, object); k++)
-        f->sources[k] = shd_source_of(f, object, object->lights[k]);
+        f->sources[k] = shd_source_of(f, object->lights[k]);
     return true;
 }
 

@@ -66,7 +66,7 @@ static void see_piece(const finding *f, const shd_piece *piece, const shd_plan_l
                      : SHD_ANY_ANGLE;
         toward = distance > 0 ? shd_scale(path, 1 / distance) : eye;
     }
-    g->drifts = false;
+    g->drifts = g->narrow = false;
     const double between =
         shd_cosine_more(shd_angle_of(shd_dot(eye, toward)), shd_angle_sum(eyes, lights));
     g->view = least_view(f, piece, eye, eyes);
@@ -139,6 +139,20 @@ static shd_stance find_stance(const finding *f, const shd_piece *piece,
     return out;
 }
 
+/* Makes of what f64 does what f32 does: errors of directions by rounding of positions, of lights
+ * and of points, are those of Phong's model. */
+static void see_narrowly(const finding *f, const shd_plan_light *light, shd_glance *g) {
+    const shd_path path = light->directional                 ? SHD_PATH_DIRECTIONAL
+                          : light->attenuated || light->spot ? SHD_PATH_ATTENUATED
+                                                             : SHD_PATH_POINT;
+    const shd_moved moved = shd_moved_by_f32(f->sums.plan, &f->sums.place, light);
+    g->narrow = true;
+    g->relative = shd_path_error_of(SHD_STANDARD, path)->relative;
+    g->place = moved.far + (moved.near > 0 ? moved.near / g->lit.nearest : 0);
+    g->place = shd_smaller(g->place, 1);
+    g->direction = SHD_WEIGHT_DIRECTION32 + g->place;
+}
+
 static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *light) {
     shd_lit_errors *sums = &f->sums;
     if (sums->noise) {
@@ -163,6 +177,9 @@ static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *
     if (!shd_piece_lit(sums->plan->scene, piece, light, least, &g.lit)) return;
     see_piece(f, piece, light, &g);
     shd_add_terms(sums, light, &g);
+    if (!shd_has_models32(sums->plan)) return;
+    see_narrowly(f, light, &g);
+    shd_add_narrow_terms(sums, light, &g);
 }
 
 /* ---- The picture. ---- */
@@ -263,7 +280,8 @@ static double divided_by_alpha(const shd_plan *plan, shd_brought all) {
 
 /* Of colors, and once more of what rays have met, by what they have gone through. */
 static double rounding_of(const shd_plan *plan) {
-    return shd_color_error(plan, SHD_EXACT) + (plan->scene->trace.depth ? 0x1p-24 : 0);
+    const shd_tier tier = shd_has_models32(plan) ? SHD_STANDARD : SHD_EXACT;
+    return shd_color_error(plan, tier) + (plan->scene->trace.depth ? 0x1p-24 : 0);
 }
 
 /* Of all that is lit by weights whose error is known. Of surfaces behind each other, what is seen

@@ -40,7 +40,7 @@ typedef struct shd_finding {
 } shd_finding;
 
 /* A light as it comes to an object that is at f->place. */
-shd_source shd_source_of(const shd_finding *f, const shd_plan_object *object, uint32_t index);
+shd_source shd_source_of(const shd_finding *f, uint32_t index);
 
 /* Counts the errors of an object's light. `influences` ([light_count]) or NULL. */
 void shd_add_light(shd_finding *f, const shd_plan_material *material, const shd_source *from,

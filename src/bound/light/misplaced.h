@@ -25,6 +25,16 @@ double shd_misplaced_at(const shd_scene *scene, const shd_misplaced *misplaced,
                         const shd_piece *piece, const shd_plan_light *light, double nearest,
                         double *beyond);
 
+/* near / distance + far is by how much the direction of a light is turned by what rounding to f32
+ * moves an object's points and the light, over what f64 does; half of what it does to the distance.
+ */
+typedef struct shd_moved {
+    double near, far;
+} shd_moved;
+
+shd_moved shd_moved_by_f32(const shd_plan *plan, const shd_place *place,
+                           const shd_plan_light *light);
+
 /* By how much a tangent (shd_surface_tangent) is turned around the normal where points are `moved`
  * along the surface and normals turned by `normal`: radians. */
 double shd_turned_around(const shd_place *place, double moved, double normal);

@@ -13,25 +13,41 @@ static shd_path path_of(const shd_plan_light *light) {
                                               : SHD_PATH_POINT;
 }
 
-/* Sets what rounding of positions does to a light that is `from_origin` away from the frame's. */
-static void place_source(const shd_finding *f, const shd_plan_object *object,
-                         const shd_place *place, const shd_plan_light *light, double from_origin,
-                         shd_source *to) {
-    const shd_plan *plan = f->plan;
-    if (f->tier == SHD_EXACT) return;
+/* `from_origin`: how far the light is away from the frame's. */
+static shd_moved moved_by_f32(const shd_plan *plan, const shd_place *place,
+                              const shd_plan_light *light, double from_origin) {
+    const shd_plan_object *object = place->bounds;
     /* The exact tier rounds points where they are in the world. */
     const double away = object->bounded ? shd_plan_length(object->center) + object->radius
                                         : shd_plan_length(light->position);
-    to->near = SHD_HIT_ROUNDING * (2 * shd_plan_length(place->object->transform.origin) + away);
+    shd_moved out = {
+        SHD_HIT_ROUNDING * (2 * shd_plan_length(place->object->transform.origin) + away), 0};
     /* A plane's coordinates grow with the distance. */
-    if (!object->bounded) to->far = SHD_HIT_ROUNDING;
-    if (plan->split_positions) return;
-    to->near +=
+    if (!object->bounded) out.far = SHD_HIT_ROUNDING;
+    if (plan->split_positions) return out;
+    out.near +=
         POSITION * shd_plan_size(plan, object, light) / plan->scale + POSITION / 2 * from_origin;
-    if (!object->bounded) to->far = POSITION;
+    if (!object->bounded) out.far = POSITION;
+    return out;
 }
 
-shd_source shd_source_of(const shd_finding *f, const shd_plan_object *object, uint32_t index) {
+shd_moved shd_moved_by_f32(const shd_plan *plan, const shd_place *place,
+                           const shd_plan_light *light) {
+    if (light->directional) return (shd_moved){0, 0};
+    return moved_by_f32(plan, place, light,
+                        shd_plan_length(shd_sub(light->position, plan->origin)));
+}
+
+/* Sets what rounding of positions does to a light that is `from_origin` away from the frame's. */
+static void place_source(const shd_finding *f, const shd_plan_light *light, double from_origin,
+                         shd_source *to) {
+    if (f->tier == SHD_EXACT) return;
+    const shd_moved moved = moved_by_f32(f->plan, &f->place, light, from_origin);
+    to->near = moved.near;
+    to->far = moved.far;
+}
+
+shd_source shd_source_of(const shd_finding *f, uint32_t index) {
     const shd_place *place = &f->place;
     const shd_plan *plan = f->plan;
     const shd_plan_light *light = &plan->lights[index];
@@ -43,8 +59,7 @@ shd_source shd_source_of(const shd_finding *f, const shd_plan_object *object, ui
     s.least = shd_least_distance(place, light->position);
     /* Facets are lit at points that nobody sees, too. */
     if (place->object->interpolation == SHD_PHONG) s.least = shd_larger(s.least, f->beside[index]);
-    place_source(f, object, place, light, shd_plan_length(shd_sub(light->position, plan->origin)),
-                 &s);
+    place_source(f, light, shd_plan_length(shd_sub(light->position, plan->origin)), &s);
     return s;
 }
 
@@ -135,7 +150,7 @@ static void add_cluster(shd_finding *f, const shd_plan_object *object, shd_clust
                        .term = f->terms.first[cluster->hue],
                        .strength = cluster->strength};
     if (!from.term) return;
-    if (!as.directional) place_source(f, object, &f->place, &as, cluster->away, &from);
+    if (!as.directional) place_source(f, &as, cluster->away, &from);
     const double nearest = shd_cluster_distance(cluster, target),
                  fall = shd_cluster_fall(cluster, nearest) * (1 + SHD_PIECE_MARGIN);
     const shd_lit lit = {.nearest = nearest,
@@ -159,7 +174,7 @@ void shd_add_clusters(shd_finding *f, const shd_plan_object *object, const shd_p
     for (size_t i = 0; i < all->cut_count; i++)
         add_cluster(f, object, &all->list[all->cut[i]], &target, piece);
     for (size_t i = 0; i < all->single_count; i++) {
-        const shd_source from = shd_source_of(f, object, all->single[i]);
+        const shd_source from = shd_source_of(f, all->single[i]);
         shd_add_light(f, material, &from, all->single[i], piece, influences);
     }
 }

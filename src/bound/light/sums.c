@@ -54,6 +54,18 @@ static void add_error(shd_lit_errors *f, product p, double error) {
         if (p.most[c] > 0) f->error[c] += p.most[c] * error;
 }
 
+/* What f32 adds to a weight's error, and to that of what multiplies it. */
+static void add_narrow(shd_lit_errors *f, product p, const shd_plan_light *light,
+                       const shd_glance *g, shd_weight w) {
+    const double distance = g->relative + (light->attenuated ? 2 * g->place : 0),
+                 spot = light->spot ? shd_spot_error(SHD_STANDARD, light, g->lit.axis_low,
+                                                     g->lit.axis_high, g->place)
+                                    : 0;
+    add_error(f, p,
+              g->lit.factor_high * (w.error + w.most * distance) +
+                  g->lit.fall_high * spot * w.most);
+}
+
 static void add_weight(shd_lit_errors *f, product p, const shd_plan_light *light,
                        const shd_glance *g, shd_weight w) {
     /* Attenuation and cones multiply, and err by distances and directions. */
@@ -159,6 +171,15 @@ void shd_add_noise(shd_lit_errors *f, const shd_piece *piece, const shd_plan_lig
     const double most = tinted ? shd_most_in_bins(f->plan->bins, light->bins) : 0;
     for (int c = 0; c < 3; c++)
         f->error[c] += 4 * *f->noise * light_of_one * (tinted ? most : fabs(light->color[c]));
+}
+
+void shd_add_narrow_terms(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g) {
+    const shd_plan_material *m = f->material;
+    for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
+        const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
+        add_narrow(f, product_of(f->plan, m, light, t, color), light, g,
+                   shd_weight_of(m, t, g, f->plan->scene->light_count));
+    }
 }
 
 /* A light that is a point, on all terms. */

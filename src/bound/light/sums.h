@@ -20,6 +20,9 @@ void shd_begin_errors(shd_lit_errors *f, const shd_object *object);
 /* Adds a light that is a point, on all terms. */
 void shd_add_terms(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g);
 
+/* Adds what f32 does to it, over f64. */
+void shd_add_narrow_terms(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g);
+
 /* Adds a light with a shape, as seen from points that are where they should be. */
 void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light, const shd_stance *at);
 

@@ -4,21 +4,33 @@
 #include "bound/light/error.h"
 #include "plan/peaks.h"
 
+static double function_error(const shd_glance *g) {
+    return g->narrow ? SHD_WEIGHT_FUNCTION32 : SHD_WEIGHT_FUNCTION;
+}
+
+/* Errors of N.L (a + b s) by directions go with 1 / max(N.L, N.V), and N.L s is L.V - N.L N.V where
+ * N.L is the larger one: below SHD_ALONG, f32 leaves the point to f64. */
+static double rough_error(const shd_glance *g) {
+    if (g->narrow) return 2 * g->direction / shd_larger(g->view, 0.99 * SHD_ALONG);
+    return 4 * g->direction / g->view + function_error(g);
+}
+
 static shd_weight weigh_diffuse(const shd_plan_material *m, const shd_glance *g) {
     const double facing = g->lit.facing_high;
-    const shd_weight lambert = {facing, g->direction + SHD_WEIGHT_FUNCTION * facing};
+    const shd_weight lambert = {facing, g->direction + function_error(g) * facing};
     if (m->model != SHD_MODEL_OREN_NAYAR) return lambert;
     /* N.L (a + b s), where s is max(0, L.V - N.L N.V) / max(N.L, N.V), and N.L s is at most 1. */
     const double square = m->from->sigma * m->from->sigma, b = 0.45 * square / (square + 0.09);
     return (shd_weight){facing + b * shd_smaller(1, facing / g->view),
-                        lambert.error + b * (4 * g->direction / g->view + SHD_WEIGHT_FUNCTION)};
+                        lambert.error + b * rough_error(g)};
 }
 
 /* The error of (x+)^shininess with x a cosine of at most `shine`, by directions and functions. For
  * an exponent below 1 the slope has no limit, but |x^n - y^n| <= |x - y|^n. */
 static double power_error(double shininess, double shine, double most, double direction,
                           const shd_glance *g, size_t lights) {
-    const shd_lobe_error e = shd_lobe_error_of(SHD_EXACT, shininess, lights);
+    const shd_lobe_error e =
+        shd_lobe_error_of(g->narrow ? SHD_STANDARD : SHD_EXACT, shininess, lights);
     double turned = shd_lobe_turned(&e, shine, most, direction);
     if (g->drifts && shininess > 0 && shininess < 1) turned = pow(direction, shininess);
     return shd_lobe_sum(turned, shd_lobe_functions(&e, most)) + shd_lobe_faint(&e, most);
@@ -34,19 +46,37 @@ static double half_error(const shd_glance *g) {
     return shd_smaller(g->direction / g->half, 1);
 }
 
+/* By how much the angle between N and H errs. In f32 its tangent is that of two sides of L + V,
+ * which is 2 V.H long; where that is short, the point is left to f64. */
+static double tilt_error(const shd_glance *g) {
+    static const double LEAST = 0.99 * 0x1p-3; /* of a root of SHD_OPPOSITE */
+    if (!g->narrow) return g->direction + half_error(g);
+    return (SHD_WEIGHT_SUM32 + g->place) / shd_larger(2 * g->half, LEAST);
+}
+
 static shd_weight weigh_blinn(double shininess, const shd_glance *g, size_t lights) {
-    return (shd_weight){1, power_error(shininess, 1, 1, g->direction + half_error(g), g, lights)};
+    return (shd_weight){1, power_error(shininess, 1, 1, tilt_error(g), g, lights)};
 }
 
 /* The factor pi N.L / E is at most (n + 2) / 2, because E, without the part of the lobe below the
- * horizon, which is negative there, is N.L 2 pi / (n + 2). Its slope is at most 3 pi / E(0), where
- * E(0) >= 2 sqrt(pi / (2 (n + 1))) / (n + 2). E is computed to 1e-10. */
+ * horizon, which is negative there, is N.L 2 pi / (n + 2). With c = N.L, s = 1 - c^2, h = n / 2 and
+ * g = Gamma(h + 1/2) / Gamma(h + 1), (n + 2) dE/dc is 2 pi - sqrt(pi) g h B(s; h, 1/2) by the
+ * closed form (shade/brdf.c), and the second term is pi at most. So E rises, the factor's slope is
+ * at most pi / E(0), and E(0) = sqrt(pi) g / (n + 2) >= sqrt(pi / (h + 1/2)) / (n + 2). E is
+ * computed to 1e-10, and in f32 as other functions.
+ *
+ * At c the slope is pi E(0) s^h / E^2, for E - c dE/dc is E(0) s^h. As (n + 2) dE/dc is at least
+ * pi, and g below 1 / sqrt(h + 1/4), E / E(0) is 1 + c sqrt(pi (h + 1/4)) or more. From n = 8 and c
+ * = 0.49 / sqrt(h + 1/2) on, that is 1.84, s^h at most 0.81, and the slope a quarter. f32 leaves
+ * points below to f64. */
 static shd_weight weigh_normalized(double shininess, const shd_glance *g, size_t lights) {
     const shd_weight lobe = weigh_phong(shininess, g, lights);
-    const double factor = (shininess + 2) / 2,
-                 level = 2 * sqrt(SHD_PI / (2 * (shininess + 1))) / (shininess + 2);
-    return (shd_weight){factor * lobe.most, factor * (lobe.error + 1e-10 * lobe.most) +
-                                                3 * SHD_PI / level * g->direction * lobe.most};
+    const double factor = (shininess + 2) / 2, function = g->narrow ? SHD_WEIGHT_FUNCTION32 : 1e-10,
+                 level = sqrt(SHD_PI / (shininess / 2 + 0.5)) / (shininess + 2),
+                 slope =
+                     SHD_PI / level * (g->narrow && shd_normalized_low(shininess) > 0 ? 0.25 : 1);
+    return (shd_weight){factor * lobe.most, factor * (lobe.error + function * lobe.most) +
+                                                slope * g->direction * lobe.most};
 }
 
 static double largest_index(const shd_fresnel *f, double most) {

@@ -7,6 +7,12 @@
  * functions of a model. */
 static const double SHD_WEIGHT_DIRECTION = 16 * 0x1p-53, SHD_WEIGHT_FUNCTION = 1e-13;
 
+/* The same in f32: directions as a chord, with what N.L is off by; the part of L + V beside N, and
+ * that along it; functions. Figures are 1.2 times and more what tests/unit/shade_models32.c has
+ * seen. */
+static const double SHD_WEIGHT_DIRECTION32 = 3 * 0x1p-24, SHD_WEIGHT_SUM32 = 3 * 0x1p-24,
+                    SHD_WEIGHT_FUNCTION32 = 10 * 0x1p-24;
+
 /* A light at a piece, and how the piece is seen. */
 typedef struct shd_glance {
     shd_lit lit;
@@ -16,6 +22,8 @@ typedef struct shd_glance {
     double half;      /* nor is any V.H */
     double around;    /* by how much the tangent is turned around the normal, in radians */
     bool drifts;      /* directions are off by more than rounding of some operations */
+    bool narrow;      /* it is about what f32 does, and not f64 */
+    double relative;  /* narrow: the error of the distance and what depends on it */
 } shd_glance;
 
 /* Of a light of 1 before attenuation. */

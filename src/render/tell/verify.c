@@ -97,7 +97,7 @@ static double find_reach(const verifying *v, size_t pixel) {
     const double rgb[3] = {(double)rgba[0], (double)rgba[1], (double)rgba[2]},
                  exact = (double)v->film.bound[pixel];
     /* The exact tier's own picture, whose rays went the same ways. */
-    if (v->own->extended && !(v->own->point_off > 0)) return 2 * exact;
+    if (v->own->extended && !(v->own->point_off > 0) && !shd_has_models32(v->own)) return 2 * exact;
     return exact + shd_pixel_bound_at(&v->bound, rgb);
 }
 

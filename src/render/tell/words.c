@@ -33,6 +33,13 @@ const char *shd_drop_reason(unsigned drops) {
     return NULL;
 }
 
+/* What of an extended scene f32 has no kernels for. */
+static const char *why_exact(const shd_plan *plan) {
+    if (plan->beyond_points) return "lights with a shape, traced rays and spectra";
+    if (!shd_isa_fuses(plan->isa)) return "models beside Phong's, of which f32's would be slower";
+    return "models, lobes and cones that f32 is too coarse for";
+}
+
 static void say_tier(json_t *words, const shd_explained *e) {
     const shd_plan *plan = e->plan;
     const shd_accuracy *accuracy = &plan->scene->accuracy;
@@ -44,12 +51,9 @@ static void say_tier(json_t *words, const shd_explained *e) {
         say_line(words, "The rest of the %.6g is for what the format loses, which is measured.",
                  accuracy->whole);
     if (accuracy->budget) return;
-    if (plan->extended)
-        say_line(
-            words,
-            "Tier %s: the only one for models beside Phong's, lights with a shape, traced rays "
-            "and spectra.",
-            tier);
+    if (plan->extended && !plan->models32)
+        say_line(words, "Tier %s, with %s kernels: the only one for %s.", tier, isa,
+                 why_exact(plan));
     else if (strcmp(tier, shd_asked_tier(accuracy)))
         say_line(words,
                  "Tier %s, with %s kernels: %s was asked for, which takes fewer "
@@ -294,7 +298,7 @@ static void say_outputs(json_t *words, const shd_explained *e) {
 }
 
 static void say_tiers(json_t *words, const shd_explained *e) {
-    if (e->plan->extended) return; /* the others are the same */
+    if (e->plan->extended && !e->plan->models32) return; /* the others are the same */
     for (int t = 0; t < e->tier_count; t++) {
         const shd_told_tier *tier = &e->tiers[t];
         char linear[SHD_BOUND_TEXT] = "an unknown sum";
