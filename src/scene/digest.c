@@ -107,6 +107,7 @@ static void put_extension(sink *s, const shd_material *m) {
         put_numbers(s, m->fresnel.n, 3);
         put_numbers(s, m->fresnel.k, 3);
     }
+    if (m->antialiased) put_count(s, SIZE_MAX - 16);
     const shd_microgeometry *micro = m->microgeometry;
     if (micro) {
         put_count(s, micro->type);

@@ -192,6 +192,7 @@ void shd_finish_surroundings(shd_reader *r, const shd_node *node, shd_light *lig
 void shd_check_surroundings(shd_reader *r, const shd_node *node);
 
 shd_field_read shd_read_trace;   /* shd_trace */
+shd_field_read shd_read_switch;  /* bool */
 shd_field_read shd_read_opacity; /* double[3], a material's */
 shd_field_read shd_read_bounced; /* double[3]: its reflection or transmission */
 

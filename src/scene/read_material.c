@@ -22,6 +22,7 @@ typedef struct raw_lobes {
 
 typedef struct raw_material {
     int model, side;
+    bool antialiased;
     double emissive[3], ambient[3], diffuse[3];
     shd_lobe first;
     raw_lobes further;
@@ -188,6 +189,8 @@ static const shd_field material_fields[] = {
     {"fresnel", shd_read_fresnel, AT(fresnel), .kinds = FACETS},
     {"microgeometry", shd_read_microgeometry, AT(microgeometry), WESTIN, .mark = MICRO},
     {"side", shd_read_choice, AT(side), .choices = sides},
+    {"specularAntialiasing", .read = shd_read_switch, .offset = AT(antialiased),
+     .kinds = SHINY | FACETS | 1 << BARE},
     {"opacity", shd_read_opacity, AT(opacity), .mark = OPACITY, .curve = AT(opacity_curve)},
     {"reflection", shd_read_bounced, .offset = AT(reflection), .curve = AT(reflection_curve)},
     {"transmission", shd_read_bounced, .offset = AT(transmission), .curve = AT(transmission_curve)},
@@ -216,6 +219,7 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           .lobes = lobes,
                           .lobe_count = 1 + raw->further.count,
                           .front_only = raw->side == 1,
+                          .antialiased = raw->antialiased,
                           .model = (shd_model)raw->model,
                           .sigma = raw->sigma,
                           .fresnel = raw->fresnel,

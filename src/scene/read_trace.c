@@ -3,7 +3,7 @@
 
 #include "scene/read.h"
 
-static void read_switch(shd_reader *r, const shd_node *node, void *out) {
+void shd_read_switch(shd_reader *r, const shd_node *node, void *out) {
     if (json_is_boolean(node->value))
         *(bool *)out = json_is_true(node->value);
     else
@@ -15,7 +15,7 @@ void shd_read_trace(shd_reader *r, const shd_node *node, void *out) {
                            depth = {0, 16, false, false, "0 to 16"},
                            share = {0, 1, false, false, "0 to 1"};
     static const shd_field fields[] = {
-        {"shadows", read_switch, .offset = offsetof(shd_trace, shadows)},
+        {"shadows", shd_read_switch, .offset = offsetof(shd_trace, shadows)},
         {"shadowSamples", shd_read_integer, offsetof(shd_trace, shadow_samples), .range = &samples},
         {"depth", shd_read_integer, offsetof(shd_trace, depth), .range = &depth},
         {"minContribution", shd_read_number, offsetof(shd_trace, min_contribution),

@@ -152,13 +152,13 @@ static json_t *tell_materials(const shd_plan *plan) {
         if (material->lobe_count) json_array_append_new(terms, json_string("specular"));
         for (size_t k = 0; k < material->lobe_count; k++)
             json_array_append_new(shininess, json_real(material->lobes[k].shininess));
-        json_array_append_new(list, json_pack("{ss ss so so sI so* so*}", "material",
-                                              scene->materials[group->material].name, "model",
-                                              shd_model_names[material->model], "terms", terms,
-                                              "shininess", shininess, "lights",
-                                              (json_int_t)group->light_count, "noise",
-                                              tell_noise(plan, group->material), "patterns",
-                                              tell_patterns(material)));
+        json_t *told = json_pack(
+            "{ss ss so so sI so* so*}", "material", scene->materials[group->material].name, "model",
+            shd_model_names[material->model], "terms", terms, "shininess", shininess, "lights",
+            (json_int_t)group->light_count, "noise", tell_noise(plan, group->material), "patterns",
+            tell_patterns(material));
+        if (material->antialiased) json_object_set_new(told, "specularAntialiasing", json_true());
+        json_array_append_new(list, told);
     }
     return json_pack("{sI so}", "given", (json_int_t)scene->material_count, "groups", list);
 }

@@ -56,7 +56,9 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
                                      {d[6], d[7], d[8]},
                                      objects,
                                      facets->triangles ? facets->triangles + first : NULL,
-                                     &s->shadowed};
+                                     &s->shadowed,
+                                     NULL,
+                                     0};
         shd_light_sums64(lighting, l->material, which, lights, &points, s->exact, s->exact + 3);
         return;
     }

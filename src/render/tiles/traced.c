@@ -64,7 +64,9 @@ static void light_point(const void *context, void *scratch, const shd_surface *a
                                 {&at->view.x, &at->view.y, &at->view.z},
                                 &index,
                                 &at->triangle,
-                                NULL};
+                                NULL,
+                                NULL,
+                                0};
     float mixed[3], *const to[3] = {&mixed[0], &mixed[1], &mixed[2]};
     shd_light_sums64(scenery->lighting, at->material, object->lights, object->light_count, &point,
                      at->material->has_diffuse ? s->exact : NULL, s->exact + 3);
@@ -130,7 +132,8 @@ static shd_vec3 lane_of(double *const v[3], size_t i) {
     return (shd_vec3){v[0][i], v[1][i], v[2][i]};
 }
 
-static shd_surface surface_of(const shd_plan *plan, const shd_hits *hits, size_t i) {
+static shd_surface surface_of(const shd_plan *plan, const shd_hits *hits, size_t i,
+                              const shd_tile_scratch *s) {
     const size_t object = (size_t)hits->object[i];
     shd_surface at = {.position = lane_of(hits->position, i),
                       .normal = lane_of(hits->normal, i),
@@ -138,6 +141,10 @@ static shd_surface surface_of(const shd_plan *plan, const shd_hits *hits, size_t
                       .material = &plan->materials[plan->objects[object].material],
                       .object = object,
                       .triangle = hits->triangle[i]};
+    if (at.material->antialiased) {
+        at.sharp = (const double *const *)s->sharp;
+        at.sharp_at = i;
+    }
     at.mirror = shd_sub(shd_scale(at.normal, 2 * shd_dot(at.normal, at.view)), at.view);
     return at;
 }
@@ -226,13 +233,13 @@ void shd_trace_hits(const shd_scenery *scenery, const shd_hits *hits, shd_tile_s
     for (size_t i = 0; traced->bounces && i < hits->count; i++) {
         if (shd_is_cancelled(plan->cancelled)) return;
         if (!traced->bouncing.bounces[hits->object[i]]) continue;
-        const shd_surface at = surface_of(plan, hits, i);
+        const shd_surface at = surface_of(plan, hits, i, s);
         bounce_hit(scenery, &at, i, s);
     }
     if (traced->bounces) shd_end(watch, &watch->times.trace);
     for (size_t i = 0; shadows && i < hits->count; i++) {
         if (shd_is_cancelled(plan->cancelled)) return;
-        const shd_surface at = surface_of(plan, hits, i);
+        const shd_surface at = surface_of(plan, hits, i, s);
         store_shadow(scenery, &at, i, s);
     }
     if (shadows) shd_end(watch, &watch->times.shadow);
