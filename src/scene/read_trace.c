@@ -84,7 +84,10 @@ static void read_share(shd_reader *r, const shd_node *node, double most, const c
 }
 
 void shd_read_opacity(shd_reader *r, const shd_node *node, void *out) {
-    read_share(r, node, 1, "from 0 to 1", out);
+    if (json_object_get(node->value, "pattern") || json_object_get(node->value, "texture"))
+        shd_read_opacity_texture(r, node, out);
+    else
+        read_share(r, node, 1, "from 0 to 1", out);
 }
 
 void shd_read_bounced(shd_reader *r, const shd_node *node, void *out) {

@@ -166,11 +166,14 @@ typedef struct shd_material {
      * that are farther from 0. NULL: they are colors. */
     const shd_texture *emissive_texture, *ambient_texture, *diffuse_texture;
     const shd_texture *const *lobe_textures; /* [lobe_count]; NULL: no lobe has one */
+    /* The opacity, if it is one and the scene is traced; `opacity` is then the least of it. */
+    const shd_texture *opacity_texture;
 } shd_material;
 
 /* Whether any of a material's coefficients is a pattern. */
 static inline bool shd_is_textured(const shd_material *m) {
-    return m->emissive_texture || m->ambient_texture || m->diffuse_texture || m->lobe_textures;
+    return m->emissive_texture || m->ambient_texture || m->diffuse_texture || m->lobe_textures ||
+           m->opacity_texture;
 }
 
 /* Whether they have the same patterns in the same colors. */

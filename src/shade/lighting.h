@@ -59,6 +59,7 @@ typedef struct shd_surface {
     const shd_fresnel *index;   /* for three bins of a spectrum; NULL: the material's own */
     const double *const *sharp; /* as in shd_points64, at [sharp_at]; or NULL */
     size_t sharp_at;
+    const double *opacity; /* [3]; NULL: the material's own */
 } shd_surface;
 
 /* Points of one object that lie beside each other, and what is known of them together. */

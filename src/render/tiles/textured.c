@@ -1,6 +1,7 @@
 #include "render/tiles/textured.h"
 
 #include "render/tiles/seen_by.h"
+#include "shade/beam.h"
 #include "shade/chart.h"
 #include "shade/split32.h"
 #include "shade/texture.h"
@@ -60,6 +61,23 @@ void shd_textured_weigh(const shd_scenery *scenery, const shd_plan_textures *tex
             shd_pattern_means(pattern, &uv, means);
             for (int c = 0; c < fields; c++) s->weights[field++][i] = means[c];
         }
+        if (textures->opacity && s->opacity) {
+            double opacity[3];
+            shd_opacity_mean(textures->opacity, &uv, opacity);
+            for (int c = 0; c < 3; c++) s->opacity[c][first + i] = opacity[c];
+        }
+    }
+}
+
+void shd_textured_weigh_beam(const shd_scenery *scenery, const shd_plan_textures *textures,
+                             const shd_beam *beam, shd_tile_scratch *s) {
+    const shd_footprint uv = shd_beam_footprint(scenery->plan->scene, beam);
+    size_t field = 0;
+    for (size_t p = 0; p < textures->pattern_count; p++) {
+        const int fields = shd_pattern_fields(&textures->patterns[p]);
+        double means[3];
+        shd_pattern_means(&textures->patterns[p], &uv, means);
+        for (int c = 0; c < fields; c++) s->beam[field++][0] = means[c];
     }
 }
 
