@@ -5,7 +5,8 @@
 
 double shd_beam_width(const shd_scene *scene, double length) {
     const shd_camera *camera = &scene->camera;
-    const double side = 2 * shd_half_height(camera) / scene->raster.height;
+    const double side =
+        2 * shd_half_height(camera) / scene->raster.height / sqrt((double)scene->raster.samples);
     return camera->projection == SHD_PERSPECTIVE ? side * length : side;
 }
 
@@ -13,7 +14,8 @@ double shd_beam_width(const shd_scene *scene, double length) {
 static void stand_across(shd_vec3 way, shd_vec3 out[2]) {
     const double x = fabs(way.x), y = fabs(way.y), z = fabs(way.z);
     const shd_vec3 axis = {x <= y && x <= z, y < x && y <= z, z < x && z < y};
-    shd_normalize(shd_cross(way, axis), &out[0]);
+    const shd_vec3 across = shd_cross(way, axis);
+    out[0] = shd_scale(across, 1 / shd_length(across));
     out[1] = shd_cross(way, out[0]);
 }
 

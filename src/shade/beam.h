@@ -1,5 +1,5 @@
-/* What rays that the camera does not send see of patterns and pictures: a beam as wide as a pixel
- * is where it begins, or as a cone of the pixel's angle has become on its way. Curved mirrors and
+/* What rays that the camera does not send see of patterns and pictures: a beam around the ray, as
+ * wide as a sample's share of a pixel has become on the whole way from the eye. Curved mirrors and
  * glass leave its width alone. Any thread. */
 #pragma once
 
@@ -15,7 +15,7 @@ typedef struct shd_beam {
     double width;
 } shd_beam;
 
-/* The width of a pixel after `length` on the way from the camera. */
+/* The side of a sample's share of a pixel after `length` on the way from the camera. */
 double shd_beam_width(const shd_scene *scene, double length);
 
 shd_footprint shd_beam_footprint(const shd_scene *scene, const shd_beam *beam);
