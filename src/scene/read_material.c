@@ -1,5 +1,4 @@
 /* Materials: written in `materials`, at an object, or taken from the library by name. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "scene/library.h"
@@ -44,9 +43,7 @@ typedef struct raw_material {
 static shd_hint suggest_material(shd_reader *r, const char *name, bool with_named) {
     enum { MOST = 512 };
     const char *names[MOST];
-    size_t count = 0;
-    for (size_t i = 0; with_named && i < r->named_count && count < MOST / 2; i++)
-        names[count++] = r->named[i].name;
+    size_t count = with_named ? shd_name_entries(&r->named, names, MOST / 2) : 0;
     const shd_node none = {0};
     const shd_library *library;
     shd_reach_library(r, &none, &library);
@@ -365,45 +362,15 @@ void shd_tell_preset(const shd_material *material, shd_preset *out) {
 
 /* ---- `materials` ---- */
 
-static int compare_key(const void *key, const void *named) {
-    return strcmp(key, ((const shd_named_material *)named)->name);
-}
-
-static int compare_named(const void *a, const void *b) {
-    return compare_key(((const shd_named_material *)a)->name, b);
+static void read_named(shd_reader *r, const shd_node *node, void *entry) {
+    shd_named_material *named = entry;
+    named->used = SIZE_MAX;
+    read_material(r, node, named->name, &named->material);
 }
 
 void shd_read_materials(shd_reader *r, const shd_node *node, void *out) {
     (void)out;
-    r->names_unknown = !shd_is_object(r, node);
-    if (r->names_unknown) return;
-    size_t count = json_object_size(node->value);
-    if (count > r->limits->objects) {
-        shd_node_report(r->report, node, SHD_LIMIT,
-                        "the scene has %zu materials, more than objects may have: the limit "
-                        "`objects` is %llu",
-                        count, (unsigned long long)r->limits->objects);
-        shd_report_limit(r->report, SHD_LIMIT_OBJECTS);
-        count = (size_t)r->limits->objects;
-    }
-    r->named = shd_take(r, count, sizeof *r->named);
-    if (!r->named) return;
-    for (void *at = json_object_iter(node->value); at && r->named_count < count;
-         at = json_object_iter_next(node->value, at)) {
-        if (shd_is_cancelled(r->cancelled)) return;
-        const char *key = json_object_iter_key(at);
-        if (!shd_is_plain_name(key))
-            shd_wrong(r, node,
-                      "the name \"%s\" is longer than 64 characters or has control characters",
-                      shd_quote(key).text);
-        const char *name = shd_take_text(r, key);
-        if (!name) return;
-        shd_named_material *named = &r->named[r->named_count++];
-        *named = (shd_named_material){.name = name, .used = SIZE_MAX};
-        shd_node material = {node, key, 0, json_object_iter_value(at)};
-        read_material(r, &material, name, &named->material);
-    }
-    qsort(r->named, r->named_count, sizeof *r->named, compare_named);
+    shd_read_entries(r, node, "materials", sizeof(shd_named_material), read_named, &r->named);
 }
 
 /* ---- The materials of objects ---- */
@@ -450,9 +417,7 @@ size_t shd_use_material(shd_reader *r, const shd_node *node) {
     }
     const char *name = shd_get_text(r, node, "a material or its name");
     if (!name) return 0;
-    shd_named_material *named = NULL;
-    if (r->named_count)
-        named = bsearch(name, r->named, r->named_count, sizeof *r->named, compare_key);
+    shd_named_material *named = shd_find_entry(&r->named, name);
     if (named) {
         if (named->used == SIZE_MAX) named->used = append_material(r, &named->material);
         return named->used;
@@ -461,7 +426,7 @@ size_t shd_use_material(shd_reader *r, const shd_node *node) {
     if (!shd_reach_library(r, node, &library)) return 0;
     const size_t preset = shd_preset_find(library, name);
     if (preset != SIZE_MAX) return use_preset(r, node, library, preset);
-    if (r->names_unknown) return 0;
+    if (r->named.unknown) return 0;
     shd_wrong(r, node, "there is no material \"%s\"%s", shd_quote(name).text,
               suggest_material(r, name, true).text);
     return 0;

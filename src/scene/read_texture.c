@@ -132,7 +132,7 @@ static const shd_pyramid *find_picture(shd_reader *r, const shd_node *node,
     const shd_pyramid *out = NULL;
     shd_error error = {.limit = SHD_LIMIT_NONE};
     if (!r->shelf || !r->shelf->texels) {
-        shd_wrong(r, &at, "there are no pictures here");
+        shd_wrong(r, &at, "no assets are kept here");
         return NULL;
     }
     shd_status status = r->shelf->texels(r->shelf->context, wish, &texels, &error);

@@ -71,10 +71,10 @@ static void mistakes_in_patterns_are_pointed_to(void **state) {
 static void mistakes_in_pictures_are_pointed_to(void **state) {
     (void)state;
     static const refusal cases[] = {
-        {ON("'texture': 'x'"), AT "/texture", "there are no pictures here"},
+        {ON("'texture': 'x'"), AT "/texture", "no assets are kept here"},
         {OBJECT(
              "'type': 'sphere', 'material': {'lobes': [{'specular': {'texture': 'x', 'uv': {}}}]}"),
-         "/objects/0/material/lobes/0/specular/texture", "there are no pictures here"},
+         "/objects/0/material/lobes/0/specular/texture", "no assets are kept here"},
         {ON("'texture': 3"), AT "/texture", "expected the name of a picture"},
         {ON("'texture': 'x', 'pattern': 'checker'"), AT "/pattern",
          "unknown member \"pattern\" of a picture"},
