@@ -1,6 +1,7 @@
 /* Opacities that are patterns, and patterns that further rays see: closed forms, and pictures that
  * must be alike. */
 #include "property/pieces.h"
+#include "property/put_picture.h"
 
 /* Pixels are units: the plane's checks are theirs. */
 static const char panes[] =
@@ -133,6 +134,41 @@ static void mirrors_show_patterns(void **state) {
     free(seen);
 }
 
+/* A picture's alpha is an opacity if it is asked for, and codes are shares as they are. */
+static void pictures_are_opacities(void **state) {
+    static const char scene[] =
+        "{\"image\": {\"width\": 40, \"height\": 30, \"samples\": 4}, \"accuracy\": {\"tier\": "
+        "\"exact\"}, \"trace\": {\"depth\": 3, \"shadows\": true}, \"camera\": {\"position\": "
+        "[0.4, 2, 4]}, \"background\": [0.2, 0.3, 0.6], \"lights\": [{\"type\": \"point\", "
+        "\"position\": [1, 5, 2]}], \"objects\": [{\"type\": \"disc\", \"radius\": 2, "
+        "\"material\": {\"opacity\": %s}, \"transform\": {\"translate\": [0, 0.5, 0]}}, {\"type\": "
+        "\"plane\", \"transform\": {\"translate\": [0, -1, 0]}}]}";
+    const uint8_t half[4] = {255, 30, 0, 128};
+    const put_name alpha = put_picture(*state, 1, 1, half), checks = put_checks(*state, 64);
+    char *opacities[2][2] = {
+        {text_of("{\"texture\": \"%s\", \"channel\": \"A\"}", alpha.text),
+         text_of("%.17g", 128.0 / 255)},
+        {text_of("{\"texture\": \"%s\"}", checks.text),
+         text_of("{\"pattern\": \"checker\", \"colors\": [0, 1], \"uv\": {\"scale\": 2}}")}};
+    for (int k = 0; k < 2; k++) {
+        drawn d[2];
+        for (int i = 0; i < 2; i++) {
+            char *text = text_of(scene, opacities[k][i]);
+            d[i] = film_of(*state, text);
+            free(text);
+            free(opacities[k][i]);
+        }
+        double square = 0;
+        for (size_t i = 0; i < pixels_of(&d[0]); i++) {
+            const double off = (double)d[0].film.rgba[4 * i] - (double)d[1].film.rgba[4 * i];
+            square += off * off;
+        }
+        assert_below(sqrt(square / (double)pixels_of(&d[0])), k ? 0.01 : 1e-6);
+        drop_drawn(&d[0]);
+        drop_drawn(&d[1]);
+    }
+}
+
 static void regions_are_crops(void **state) {
     char *front = pane(2, CHECKS("0.1", "[1, 0.4, 0.2]"), CHECKS("0.1", "0.9")),
          *back = pane(-1, CHECKS("1", "0"), "[0.2, 0.7, 0.9]"),
@@ -161,6 +197,7 @@ int main(void) {
         cmocka_unit_test(shadows_have_holes),
         cmocka_unit_test(equal_values_are_one_opacity),
         cmocka_unit_test(mirrors_show_patterns),
+        cmocka_unit_test(pictures_are_opacities),
         cmocka_unit_test(regions_are_crops),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
