@@ -197,8 +197,10 @@ void shd_finish_surroundings(shd_reader *r, const shd_node *node, shd_light *lig
 void shd_check_surroundings(shd_reader *r, const shd_node *node);
 
 shd_field_read shd_read_trace;   /* shd_trace */
-shd_field_read shd_read_opacity; /* double[3], a material's */
-shd_field_read shd_read_bounced; /* double[3]: its reflection or transmission */
+shd_field_read shd_read_switch;  /* bool */
+shd_field_read shd_read_opacity; /* double[3], a material's: the least, if it is a texture */
+shd_field_read shd_read_opacity_texture; /* the same of one */
+shd_field_read shd_read_bounced;         /* double[3]: its reflection or transmission */
 
 /* Whether the material has what only rays show. */
 bool shd_is_rayed(const shd_material *material);

@@ -21,6 +21,7 @@ typedef struct raw_lobes {
 
 typedef struct raw_material {
     int model, side;
+    bool antialiased;
     double emissive[3], ambient[3], diffuse[3];
     shd_lobe first;
     raw_lobes further;
@@ -33,6 +34,7 @@ typedef struct raw_material {
     const shd_curve *emissive_curve, *ambient_curve, *diffuse_curve, *specular_curve;
     const shd_curve *opacity_curve, *reflection_curve, *transmission_curve;
     const shd_texture *emissive_texture, *ambient_texture, *diffuse_texture, *specular_texture;
+    const shd_texture *opacity_texture;
 } raw_material;
 
 /* ---- The library ---- */
@@ -185,34 +187,53 @@ static const shd_field material_fields[] = {
     {"fresnel", shd_read_fresnel, AT(fresnel), .kinds = FACETS},
     {"microgeometry", shd_read_microgeometry, AT(microgeometry), WESTIN, .mark = MICRO},
     {"side", shd_read_choice, AT(side), .choices = sides},
-    {"opacity", shd_read_opacity, AT(opacity), .mark = OPACITY, .curve = AT(opacity_curve)},
+    {"specularAntialiasing", .read = shd_read_switch, .offset = AT(antialiased),
+     .kinds = SHINY | FACETS | 1 << BARE},
+    {"opacity", shd_read_opacity, AT(opacity), .mark = OPACITY, .curve = AT(opacity_curve),
+     .texture = AT(opacity_texture)},
     {"reflection", shd_read_bounced, .offset = AT(reflection), .curve = AT(reflection_curve)},
     {"transmission", shd_read_bounced, .offset = AT(transmission), .curve = AT(transmission_curve)},
     {"ior", shd_read_number, AT(ior), .range = &shd_positive},
 };
 
+/* All lobes, the first among them. */
+typedef struct made_lobes {
+    shd_lobe *lobes;
+    const shd_curve **curves;
+    const shd_texture **textures;
+    bool textured;
+} made_lobes;
+
+/* False: memory is short. */
+static bool make_lobes(shd_reader *r, const raw_material *raw, made_lobes *out) {
+    const size_t further = raw->further.count;
+    *out = (made_lobes){.lobes = shd_take(r, 1 + further, sizeof *out->lobes),
+                        .curves = shd_take(r, 1 + further, sizeof *out->curves),
+                        .textures = shd_take(r, 1 + further, sizeof *out->textures),
+                        .textured = raw->specular_texture};
+    if (!out->lobes || !out->curves || !out->textures) return false;
+    out->lobes[0] = raw->first;
+    out->curves[0] = raw->specular_curve;
+    out->textures[0] = raw->specular_texture;
+    for (size_t i = 0; i < further; i++) {
+        out->lobes[1 + i] = raw->further.lobes[i];
+        out->curves[1 + i] = raw->further.curves[i];
+        out->textures[1 + i] = raw->further.textures[i];
+        out->textured = out->textured || raw->further.textures[i];
+    }
+    return true;
+}
+
 /* `out` stays as it was if memory is short. */
 static void make_material(shd_reader *r, const raw_material *raw, const char *name,
                           shd_material *out) {
-    shd_lobe *lobes = shd_take(r, 1 + raw->further.count, sizeof *lobes);
-    const shd_curve **curves = shd_take(r, 1 + raw->further.count, sizeof *curves);
-    const shd_texture **textures = shd_take(r, 1 + raw->further.count, sizeof *textures);
-    if (!lobes || !curves || !textures) return;
-    curves[0] = raw->specular_curve;
-    textures[0] = raw->specular_texture;
-    bool textured = textures[0];
-    for (size_t i = 0; i < raw->further.count; i++) {
-        curves[1 + i] = raw->further.curves[i];
-        textures[1 + i] = raw->further.textures[i];
-        textured = textured || textures[1 + i];
-    }
-    lobes[0] = raw->first;
-    if (raw->further.count)
-        memcpy(lobes + 1, raw->further.lobes, raw->further.count * sizeof *lobes);
+    made_lobes made;
+    if (!make_lobes(r, raw, &made)) return;
     *out = (shd_material){.name = name,
-                          .lobes = lobes,
+                          .lobes = made.lobes,
                           .lobe_count = 1 + raw->further.count,
                           .front_only = raw->side == 1,
+                          .antialiased = raw->antialiased,
                           .model = (shd_model)raw->model,
                           .sigma = raw->sigma,
                           .fresnel = raw->fresnel,
@@ -224,11 +245,12 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           .opacity_curve = raw->alpha < 0 ? raw->opacity_curve : NULL,
                           .reflection_curve = raw->reflection_curve,
                           .transmission_curve = raw->transmission_curve,
-                          .lobe_curves = curves,
+                          .lobe_curves = made.curves,
                           .emissive_texture = raw->emissive_texture,
                           .ambient_texture = raw->ambient_texture,
                           .diffuse_texture = raw->diffuse_texture,
-                          .lobe_textures = textured ? textures : NULL};
+                          .lobe_textures = made.textured ? made.textures : NULL,
+                          .opacity_texture = raw->alpha < 0 ? raw->opacity_texture : NULL};
     for (int c = 0; c < 3; c++) out->opacity[c] = raw->alpha < 0 ? raw->opacity[c] : raw->alpha;
     memcpy(out->reflection, raw->reflection, sizeof out->reflection);
     memcpy(out->transmission, raw->transmission, sizeof out->transmission);

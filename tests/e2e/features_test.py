@@ -82,6 +82,7 @@ class Features(unittest.TestCase):
             "fit": self.fit,
             "diff": lambda: post("/v1/diff", {"a": SMALL, "b": SMALL}),
             "explain": lambda: post("/v1/explain", SMALL),
+            "specular-antialiasing": lambda: render(with_material(specular=0.5, specularAntialiasing=True)),
             "layers": lambda: render(with_output(format="exr", layers=["depth"])),
             "links": lambda: self.daemon.get(f"/v1/scene/{packed(SMALL)}.png"),
             "meshes": self.put_mesh,
