@@ -41,7 +41,7 @@ async function hints(daemon) {
             .chain(name => fc.tuple(part, part, part).map(parts =>
                 `${name}${name.includes("(") ? " " : "("}${parts.join(name === "rgba" ? "," : " ")})`)));
     const seenThrough = fc.oneof(opaque, fc.constantFrom("transparent", "#1af8", "hsl(20deg 50% 50% / 30%)"));
-    const colors = ["color", "ambient", "emissive", "diffuse", "specular", "matte"];
+    const colors = ["color", "colors", "ambient", "emissive", "diffuse", "specular", "matte", "tint"];
     const digest = await keepMesh(daemon), picture = await keepPicture(daemon);
     // Other models behind shadows of lights with a shape take a millisecond a sample.
     const side = fc.integer({ min: 3, max: 12 });
