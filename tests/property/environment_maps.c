@@ -200,7 +200,7 @@ static drawn draw_behind(shd_engine *engine, const char *map, int width, const c
 /* Behind objects a map has about as many texels as pixels: light is made of fewer. Squares of one
  * texel are seen where pixels are as fine, and are their mean where pixels are coarser. */
 static void what_is_seen_has_as_many_texels_as_pixels(void **state) {
-    enum { H = 400, W = 2 * H };
+    enum { H = 640, W = 2 * H };
     static uint16_t samples[H][W][4];
     char name[80];
     for (int y = 0; y < H; y++)
