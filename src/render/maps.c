@@ -111,7 +111,8 @@ static shd_status make_map(const shd_request *request, const shd_texels *picture
     strncpy(kept->name, name, sizeof kept->name - 1);
     const bool made =
         shd_surroundings_fill(picture, request->rendering.cancelled, &kept->map, texels) &&
-        shd_surroundings_measure(&kept->map, rows <= SHD_SURROUNDINGS_MOST);
+        shd_surroundings_measure(&kept->map, rows <= SHD_SURROUNDINGS_MOST,
+                                 request->rendering.cancelled);
     kept->map.held += picture->held;
     if (shd_is_cancelled(request->rendering.cancelled))
         status = shd_rendering_cancelled(error);

@@ -103,10 +103,10 @@ static double brightest_near(const shd_surroundings *map, int row, int column) {
 
 /* Along a meridian a step between rows is pi / height long; along a row, as much less than 2 pi /
  * width as the row is shorter than the equator. */
-static double steepest(const shd_surroundings *map) {
+static double steepest(const shd_surroundings *map, const atomic_bool *cancelled) {
     double most = 0;
     const size_t w = (size_t)map->width, h = (size_t)map->height;
-    for (size_t j = 0; j < h; j++) {
+    for (size_t j = 0; j < h && !shd_is_cancelled(cancelled); j++) {
         const double across = 2 * SHD_PI / (double)w * sin(SHD_PI * ((double)j + 0.5) / (double)h);
         for (size_t i = 0; i < w; i++)
             for (size_t c = 0; c < 3; c++) {
@@ -129,9 +129,10 @@ static double brightest(const shd_surroundings *map) {
     return most;
 }
 
-bool shd_surroundings_measure(shd_surroundings *map, bool levels) {
+bool shd_surroundings_measure(shd_surroundings *map, bool levels, const atomic_bool *cancelled) {
     map->most = brightest(map);
-    map->slope = steepest(map);
+    map->slope = steepest(map, cancelled);
+    if (shd_is_cancelled(cancelled)) return false;
     if (!levels) return true;
     const size_t count = (size_t)map->width * (size_t)map->height;
     texel *sorted = malloc(count * sizeof *sorted);
@@ -170,7 +171,7 @@ static void make_builtin(int which, void (*paint)(shd_vec3 d, double rgb[3])) {
                             .width = WIDTH,
                             .height = HEIGHT,
                             .texels = texels[which]};
-    if (shd_surroundings_measure(&map, true)) builtin[which] = map;
+    if (shd_surroundings_measure(&map, true, NULL)) builtin[which] = map;
 }
 
 static void make_sky(void) {

@@ -58,8 +58,8 @@ int shd_surroundings_rows(int height, int wanted);
 bool shd_surroundings_fill(const shd_texels *picture, const atomic_bool *cancelled,
                            shd_surroundings *map, float *texels);
 
-/* Finds `most`, `slope` and, if light is made of it, the levels. False: no memory. */
-bool shd_surroundings_measure(shd_surroundings *map, bool levels);
+/* Finds `most`, `slope` and, if light is made of it, the levels. False: cancelled, or no memory. */
+bool shd_surroundings_measure(shd_surroundings *map, bool levels, const atomic_bool *cancelled);
 
 /* What (x.W)+^exponent makes of any map of these levels, at most, whatever W: the integral over the
  * sphere, divided by pi. */

@@ -82,9 +82,10 @@ static bool shrink(const shd_texels *picture, const atomic_bool *cancelled, doub
 
 /* ---- As many, or more. ---- */
 
-static void copy(const shd_texels *picture, shd_surroundings *map, float *texels) {
+static void copy(const shd_texels *picture, const atomic_bool *cancelled, shd_surroundings *map,
+                 float *texels) {
     const size_t count = (size_t)map->width * (size_t)map->height;
-    for (size_t i = 0; i < count; i++)
+    for (size_t i = 0; i < count && !shd_is_cancelled_at(cancelled, i); i++)
         for (size_t c = 0; c < 3; c++)
             texels[3 * i + c] = radiance_of(picture->rgba[4 * i + c], &map->held);
 }
@@ -92,7 +93,7 @@ static void copy(const shd_texels *picture, shd_surroundings *map, float *texels
 /* The picture as it is, in `coarse`, and then what it is at the middles of smaller texels. */
 static void refine(const shd_texels *picture, float *coarse, shd_surroundings *map, float *texels) {
     shd_surroundings whole = {.width = picture->width, .height = picture->height, .texels = coarse};
-    copy(picture, &whole, coarse);
+    copy(picture, NULL, &whole, coarse);
     map->held = whole.held;
     for (int j = 0; j < map->height; j++)
         for (int i = 0; i < map->width; i++) {
@@ -116,7 +117,8 @@ bool shd_surroundings_fill(const shd_texels *picture, const atomic_bool *cancell
     void *work = NULL;
     map->held = 0;
     if (map->height == picture->height) {
-        copy(picture, map, texels);
+        copy(picture, cancelled, map, texels);
+        good = !shd_is_cancelled(cancelled);
     } else if (map->height > picture->height) {
         work = malloc(values * sizeof(float));
         good = work;

@@ -24,21 +24,10 @@ static double value_at(map_kind kind, int x, int y, int c, uint64_t *random) {
 }
 
 /* A PNG of 16 bits, put under its digest, which is written to `name`. */
-static void put_map(shd_engine *engine, map_kind kind, char name[80]) {
-    static uint16_t samples[ROWS][COLUMNS][4];
-    uint64_t random = 7;
-    for (int y = 0; y < ROWS; y++)
-        for (int x = 0; x < COLUMNS; x++) {
-            for (int c = 0; c < 3; c++) {
-                const double v = value_at(kind, x, y, c, &random);
-                samples[y][x][c] =
-                    (uint16_t)(65535 *
-                               (v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055));
-            }
-            samples[y][x][3] = 65535;
-        }
-    const shd_image image = {.width = COLUMNS,
-                             .height = ROWS,
+static void put_samples(shd_engine *engine, int width, int height, const void *samples,
+                        char name[80]) {
+    const shd_image image = {.width = width,
+                             .height = height,
                              .channel = -1,
                              .alpha = true,
                              .depth = SHD_U16,
@@ -59,6 +48,22 @@ static void put_map(shd_engine *engine, map_kind kind, char name[80]) {
     shd_request_drop(request);
     shd_arena_drop(arena);
     free(png.data);
+}
+
+static void put_map(shd_engine *engine, map_kind kind, char name[80]) {
+    static uint16_t samples[ROWS][COLUMNS][4];
+    uint64_t random = 7;
+    for (int y = 0; y < ROWS; y++)
+        for (int x = 0; x < COLUMNS; x++) {
+            for (int c = 0; c < 3; c++) {
+                const double v = value_at(kind, x, y, c, &random);
+                samples[y][x][c] =
+                    (uint16_t)(65535 *
+                               (v <= 0.0031308 ? 12.92 * v : 1.055 * pow(v, 1 / 2.4) - 0.055));
+            }
+            samples[y][x][3] = 65535;
+        }
+    put_samples(engine, COLUMNS, ROWS, samples, name);
 }
 
 static const double diffuse[3] = {0.3, 0.2, 0.5}, specular[3] = {0.9, 0.7, 0.3};
@@ -181,11 +186,63 @@ static void stars_are_as_all_texels(void **state) {
     check_map(*state, STARS);
 }
 
+static drawn draw_behind(shd_engine *engine, const char *map, int width, const char *camera) {
+    char *json =
+        text_of("{\"image\": {\"width\": %d, \"height\": %d, \"samples\": 1}, \"camera\": {%s}, "
+                "\"lights\": [{\"type\": \"environment\", \"map\": \"%s\", \"visible\": true}], "
+                "\"objects\": [{\"type\": \"sphere\", \"radius\": 0.1}]}",
+                width, width / 2, camera, map);
+    drawn d = shown_film_of(engine, json);
+    free(json);
+    return d;
+}
+
+/* Behind objects a map has about as many texels as pixels: light is made of fewer. Squares of one
+ * texel are seen where pixels are as fine, and are their mean where pixels are coarser. */
+static void what_is_seen_has_as_many_texels_as_pixels(void **state) {
+    enum { H = 640, W = 2 * H };
+    static uint16_t samples[H][W][4];
+    char name[80];
+    for (int y = 0; y < H; y++)
+        for (int x = 0; x < W; x++) {
+            const uint16_t code = (x + y) % 2 ? 65535 : 0;
+            memcpy(samples[y][x], (uint16_t[]){code, code, code, 65535}, sizeof samples[y][x]);
+        }
+    put_samples(*state, W, H, samples, name);
+    static const struct {
+        const char *camera;
+        int width, rows;
+        bool seen;
+    } views[] = {{"\"fov\": 40", 64, SHD_SURROUNDINGS_MOST, false},
+                 {"\"fov\": 40", 128, 384, false},
+                 {"\"fov\": 4", 64, H, true},
+                 {"\"type\": \"orthographic\", \"height\": 3", 64, SHD_SURROUNDINGS_MOST, false}};
+    for (size_t k = 0; k < sizeof views / sizeof *views; k++) {
+        drawn d = draw_behind(*state, name, views[k].width, views[k].camera);
+        const shd_light *light = &d.request->scene->lights[0];
+        assert_int_equal(light->map->height, SHD_SURROUNDINGS_MOST);
+        assert_int_equal(light->seen->height, views[k].rows);
+        if (views[k].rows == SHD_SURROUNDINGS_MOST) assert_ptr_equal(light->seen, light->map);
+        float low = 1, high = 0;
+        for (int y = 0; y < 4; y++)
+            for (int x = 0; x < views[k].width; x++) {
+                const float value = d.film.rgba[4 * (y * views[k].width + x) + 1];
+                low = fminf(low, value);
+                high = fmaxf(high, value);
+            }
+        print_message("%s, %d: %.2g to %.2g\n", views[k].camera, views[k].width, (double)low,
+                      (double)high);
+        assert_true(views[k].seen ? low < 0.1F && high > 0.9F : low > 0.4F && high < 0.6F);
+        drop_drawn(&d);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_sun_is_as_all_texels),
         cmocka_unit_test(a_black_half_is_as_all_texels),
         cmocka_unit_test(stars_are_as_all_texels),
+        cmocka_unit_test(what_is_seen_has_as_many_texels_as_pixels),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
 }

@@ -32,7 +32,7 @@ static made make(const shd_texels *picture, int rows) {
     const size_t values = 6 * (size_t)rows * (size_t)rows;
     made out = {{.width = 2 * rows, .height = rows}, malloc(values * sizeof(float))};
     assert_true(shd_surroundings_fill(picture, NULL, &out.map, out.texels));
-    assert_true(shd_surroundings_measure(&out.map, true));
+    assert_true(shd_surroundings_measure(&out.map, true, NULL));
     return out;
 }
 

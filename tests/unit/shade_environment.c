@@ -194,7 +194,7 @@ static void tables_of_hostile_maps_keep_their_bounds(void **state) {
                     texels[3 * (j * W + i) + c] = bright ? (kind < 3 ? 1e4F : 1) : 0.05F * (float)c;
             }
         shd_surroundings map = {.name = "a", .key = "a", .width = W, .height = H, .texels = texels};
-        assert_true(shd_surroundings_measure(&map, true));
+        assert_true(shd_surroundings_measure(&map, true, NULL));
         shd_prefilter *table = make_table(&map, n, true);
         double worst = 0, cut = 0;
         for (int i = 0; i < 120; i++) {
