@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+import io
 import json
 import math
 import os
@@ -105,6 +106,42 @@ def glb(**more):
     return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
 
 
+def picture(*rows, kind="PNG"):
+    """The file of a picture, upper row first."""
+    out = io.BytesIO()
+    Image.fromarray(np.array(rows, np.uint8)).save(out, kind)
+    return out.getvalue()
+
+
+LEFT_RED = picture([[255, 0, 0], [0, 0, 255]], [[0, 255, 0], [255, 255, 255]])
+HALF_METAL = picture([[0, 128, 255], [0, 128, 0]])
+
+
+def textured(material=None, images=(LEFT_RED, HALF_METAL), samplers=None, uvs=(0, 1, 1, 1, 1, 0, 0, 0), **more):
+    """A square whose material has pictures, upright as one looks at it from +z."""
+    data = struct.pack("<12f8f6H2x", *SQUARE, *uvs, 0, 1, 2, 0, 2, 3)
+    views = [(0, 48), (48, 32), (80, 12)]
+    for image in images:
+        views.append((len(data), len(image)))
+        data += image + b"\0" * (-len(image) % 4)
+    usual = {"name": "wood", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0}}
+    return json.dumps({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"name": "plate", "primitives": [
+            {"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}]}],
+        "materials": [material or usual],
+        "textures": [{"source": i, **({"sampler": 0} if samplers else {})} for i in range(len(images))],
+        "images": [{"bufferView": 3 + i, "mimeType": "image/png", "name": f"picture-{i}"} for i in range(len(images))],
+        **({"samplers": samplers} if samplers else {}),
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+                       "min": [0, 0, 0], "max": [1, 1, 0]},
+                      {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
+                      {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"}],
+        "bufferViews": [{"buffer": 0, "byteOffset": at, "byteLength": length} for at, length in views],
+        "buffers": [{"byteLength": len(data),
+                     "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}], **more})
+
+
 PLY = (b"ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
        b"property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n" +
        struct.pack("<12f", *SQUARE) + struct.pack("<B3iB3i", 3, 0, 1, 2, 3, 0, 2, 3))
@@ -139,7 +176,7 @@ class Import(Case):
     def test_obj_and_mtl_are_taken_one_to_one(self):
         (self.folder / "model.mtl").write_text(MTL)
         scene, said = self.load("model.obj", OBJ)
-        self.assertIn('material "red": its textures are left out: wood.png', said)
+        self.assertIn('its diffuse color is left out, because it cannot be read: wood.png', said)
         self.assertNotIn("deltaE", said)
         self.assertNotIn("lights", scene)  # the headlight, which is the default
         self.assertEqual(scene["trace"], {"depth": 8})
@@ -237,6 +274,19 @@ class Import(Case):
         first = (self.folder / "meshes" / scene["meshes"]["plate-0"]["data"][7:]).read_bytes()
         self.assertEqual(first, struct.pack("<3I24f6I", 4, 6, 1, *SQUARE, *[0, 0, 1] * 4, 0, 1, 2, 0, 2, 3))
 
+    def test_uvs_stand_upright(self):
+        flat = "mtllib model.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0.25\nvt 1 0\nvt 1 0.75\nusemtl matt\nf 1/1 2/2 3/3\n"
+        (self.folder / "model.mtl").write_text(MTL)
+        scene, _ = self.load("model.obj", flat)
+        self.assertEqual([one["uvs"] for one in scene["meshes"].values()], [[0, 0.25, 1, 0, 1, 0.75]])
+        scene, _ = self.load("model.gltf", textured())  # whose v grows downward
+        self.assertEqual(scene["meshes"]["plate"]["uvs"], [0, 0, 1, 0, 1, 1, 0, 1])
+        scene, _ = self.load("model.gltf", textured(), "--meshes", "meshes")
+        kept = (self.folder / "meshes" / scene["meshes"]["plate"]["data"][7:]).read_bytes()
+        self.assertEqual(kept, struct.pack("<3I20f6I", 4, 6, 2, *SQUARE, 0, 0, 1, 0, 1, 1, 0, 1, 0, 1, 2, 0, 2, 3))
+        scene, _ = self.load("model.gltf", textured(uvs=[0, math.nan] * 4))
+        self.assertNotIn("uvs", scene["meshes"]["plate"])
+
     def test_names_are_made_fit_and_apart(self):
         materials = [{"name": name} for name in ("a#1", "a_1", "b" * 100, "b" * 99, "c\"\\\u0007é", "")]
         primitives = [{"attributes": {"POSITION": 0}, "indices": 2, "material": i} for i in range(len(materials))]
@@ -251,6 +301,27 @@ class Import(Case):
             self.assertEqual(self.shade("import", *words).returncode, 2)
         self.assertEqual(self.shade("render", "--phong", "x.json", "-o", "x.png").returncode, 2)
         self.assertEqual(self.shade("import", "none.obj", "-o", "x.json").returncode, 1)
+
+
+def srgb_to_linear(code):
+    return code / 255 / 12.92 if code < 11 else ((code / 255 + 0.055) / 1.055) ** 2.4
+
+
+class Textures(Case):
+    def test_without_a_folder_means_stand_in(self):
+        scene, said = self.load("model.gltf", textured())
+        self.assertIn("no --assets FOLDER for it: picture-0", said)
+        mean = scene["materials"]["wood"]["ambient"]
+        np.testing.assert_allclose(mean, [0.5, 0.5, 0.5], atol=1e-6)
+        grey = picture([[100, 100, 100], [200, 200, 200]], kind="JPEG")
+        material = {"name": "wood", "emissiveFactor": [1, 0.5, 0], "emissiveTexture": {"index": 0},
+                    "pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 1}, "roughnessFactor": 0.5}}
+        scene, said = self.load("model.gltf", textured(material, images=[grey, HALF_METAL]))
+        self.assertIn("but for what they are in the mean: 0.50 and 0.25: picture-1", said)
+        light = (srgb_to_linear(100) + srgb_to_linear(200)) / 2
+        np.testing.assert_allclose(scene["materials"]["wood"]["emissive"], [light, light / 2, 0], atol=2e-2)
+        self.assertEqual(scene["materials"]["wood"]["fresnel"]["f0"], [0.52] * 3)
+        self.assertEqual(self.shade("check", "scene.json").returncode, 0)
 
 
 # ---- How near the fits are ----

@@ -1,0 +1,174 @@
+/* What materials take of pictures. */
+#include <string.h>
+
+#include "base/format.h"
+#include "import/writing.h"
+
+/* ---- What is left out ---- */
+
+static const char *const uses[] = {[SHD_MAP_AMBIENT] = "ambient color",
+                                   [SHD_MAP_DIFFUSE] = "diffuse color",
+                                   [SHD_MAP_SPECULAR] = "specular color",
+                                   [SHD_MAP_EMISSIVE] = "emissive color",
+                                   [SHD_MAP_OPACITY] = "opacity",
+                                   [SHD_MAP_NORMAL] = "normals",
+                                   [SHD_MAP_METAL_ROUGH] = "metal and roughness"};
+
+static const shd_model_picture *picture_of(const shd_scene_writer *w, const shd_model_map *map) {
+    const shd_model_picture *pictures = shd_span_items(w->model, w->model->pictures);
+    return map->picture ? &pictures[map->picture - 1] : NULL;
+}
+
+static shd_format format_of(const shd_scene_writer *w, const shd_model_picture *picture) {
+    return shd_format_sniff(shd_span_items(w->model, picture->bytes), picture->bytes.count);
+}
+
+static void note_picture(const shd_scene_writer *w, const char *material, shd_span name,
+                         const char *text) {
+    shd_plain_name plain;
+    const shd_raw_name raw = {shd_span_items(w->model, name), name.count};
+    if (shd_plain_names(&raw, 1, "", &plain))
+        shd_import_note(w->options, "material \"%s\": %s: %s", material, text, plain.text);
+}
+
+/* Why the picture of a color cannot be taken; NULL: it can. */
+static const char *find_obstacle(const shd_scene_writer *w, size_t material,
+                                 const shd_model_map *map, const shd_model_picture *picture) {
+    if (!picture->bytes.count) return "it cannot be read";
+    if (format_of(w, picture) == SHD_FORMAT_COUNT) return "it has no format that is read here";
+    if (!w->options->picture) return "there is no --assets FOLDER for it";
+    if (w->material_bare[material]) return "a mesh has no coordinates for it";
+    if (map->channel) return "it follows other coordinates than the first";
+    if (map->uneven) return "it goes on in one way across and in another one up";
+    return NULL;
+}
+
+/* ---- Means ---- */
+
+/* Multiplies a color by what its picture is in the mean, and sets what has to be divided by it for
+ * the picture's factor. A black channel stays as it is: nothing can be told from it. */
+static void take_mean(const shd_model_picture *picture, float color[3], double mean[3]) {
+    for (int c = 0; c < 3; c++) {
+        const bool known = picture->measured && picture->linear[c] > 0;
+        mean[c] = known ? (double)picture->linear[c] : 1;
+        color[c] *= known ? picture->linear[c] : 1;
+    }
+}
+
+static void take_metal_rough(const shd_scene_writer *w, const char *name, shd_model_material *m) {
+    char text[160];
+    const shd_model_map *map = &m->maps[SHD_MAP_METAL_ROUGH];
+    const shd_model_picture *picture = picture_of(w, map);
+    if (!picture) return;
+    if (picture->measured) {
+        m->roughness *= picture->mean[1];
+        m->metallic *= picture->mean[2];
+    }
+    snprintf(text, sizeof text,
+             "the picture of its metal and roughness is left out, %s: %.2f and %.2f",
+             picture->measured ? "but for what they are in the mean" : "which cannot be read",
+             (double)m->metallic, (double)m->roughness);
+    note_picture(w, name, picture->name, text);
+}
+
+/* ---- Materials ---- */
+
+/* Which of our coefficients follow the picture of a color of the file. */
+static void give_texture(const shd_model_material *from, shd_model_map_kind kind,
+                         const shd_import_texture *texture, shd_import_material *out) {
+    const bool is_mtl = from->kind == SHD_MODEL_MTL,
+               glows = from->unlit || (is_mtl && !from->illum);
+    if (kind == SHD_MAP_DIFFUSE && glows) { /* a color, whatever the light */
+        out->textures[SHD_MAP_EMISSIVE] = *texture;
+        return;
+    }
+    out->textures[kind] = *texture;
+    if (kind != SHD_MAP_DIFFUSE) return;
+    if (!is_mtl) out->textures[SHD_MAP_AMBIENT] = *texture;
+    /* A metal mirrors its base color, which only Phong's lobes can take from a picture. */
+    if (from->kind == SHD_MODEL_METAL_ROUGH && from->metallic > 0.5f &&
+        out->light.model == SHD_NATIVE_PHONG)
+        out->textures[SHD_MAP_SPECULAR] = *texture;
+}
+
+void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
+                       shd_import_material *out) {
+    const shd_model_material *materials = shd_span_items(w->model, w->model->materials);
+    const shd_model_material *from = &materials[index];
+    shd_model_material even = *from;
+    shd_import_texture taken[SHD_MAP_COLORS] = {{NULL}};
+    float *const colors[] = {even.ambient, even.diffuse, even.specular, even.emissive};
+    for (int kind = 0; kind < SHD_MAP_KINDS; kind++) {
+        const shd_model_map *map = &from->maps[kind];
+        const shd_model_picture *picture = picture_of(w, map);
+        if (!picture || kind == SHD_MAP_METAL_ROUGH) continue;
+        char text[160];
+        double mean[3];
+        const char *why = "there is nothing like it";
+        if (kind < SHD_MAP_COLORS) {
+            take_mean(picture, colors[kind], mean);
+            why = find_obstacle(w, index, map, picture);
+        }
+        if (!why) {
+            taken[kind] = (shd_import_texture){map, picture, {mean[0], mean[1], mean[2]}};
+            continue;
+        }
+        const bool stands_in = kind < SHD_MAP_COLORS && picture->measured;
+        snprintf(text, sizeof text, "the picture of its %s is left out%s, because %s", uses[kind],
+                 stands_in ? " but for its mean" : "", why);
+        note_picture(w, name, picture->name, text);
+    }
+    take_metal_rough(w, name, &even);
+    if (from->others.count)
+        note_picture(w, name, from->others, "pictures of other uses are left out");
+    shd_import_material_of(&even, w->options->phong, out);
+    for (int kind = 0; kind < SHD_MAP_COLORS; kind++)
+        if (taken[kind].map) give_texture(&even, (shd_model_map_kind)kind, &taken[kind], out);
+}
+
+/* ---- Writing ---- */
+
+/* Keeps the picture's file, once. */
+static bool keep_picture(shd_scene_writer *w, const shd_import_texture *texture, char **digits) {
+    const void *bytes = shd_span_items(w->model, texture->picture->bytes);
+    const size_t size = texture->picture->bytes.count;
+    shd_kept_picture *kept = &w->pictures[texture->map->picture - 1];
+    *digits = kept->digits;
+    if (*kept->digits) return true;
+    const shd_digest digest = shd_digest_of(bytes, size);
+    shd_digest_write(&digest, kept->digits);
+    const char *suffix = shd_format_get(format_of(w, texture->picture))->name;
+    w->cancelled = !w->options->picture(w->options->context, bytes, size, kept->digits, suffix);
+    return !w->cancelled;
+}
+
+bool shd_put_texture(shd_scene_writer *w, const shd_import_texture *texture, const double rgb[3]) {
+    static const char *const wraps[] = {
+        [SHD_MODEL_REPEAT] = "repeat", [SHD_MODEL_CLAMP] = "clamp", [SHD_MODEL_MIRROR] = "mirror"};
+    const shd_model_map *map = texture->map;
+    const shd_format format = format_of(w, texture->picture);
+    char *digits;
+    double tint[3];
+    if (!keep_picture(w, texture, &digits)) return false;
+    for (int c = 0; c < 3; c++) tint[c] = rgb[c] / texture->mean[c];
+    w->textured = true;
+    fprintf(w->out, "{\"texture\": \"sha256-%s\"", digits);
+    if (!shd_format_get(format)->linear) fputs(", \"space\": \"sRGB\"", w->out);
+    fputs(", \"tint\": ", w->out);
+    shd_put_numbers(w->out, tint, 3);
+    fprintf(w->out, ", \"uv\": {\"wrap\": \"%s\"", wraps[map->wrap]);
+    if (map->scale[0] != 1 || map->scale[1] != 1) {
+        fputs(", \"scale\": ", w->out);
+        shd_put_floats(w->out, map->scale, 2);
+    }
+    if (map->rotate != 0) {
+        fputs(", \"rotate\": ", w->out);
+        shd_put_float(w->out, map->rotate);
+    }
+    if (map->offset[0] != 0 || map->offset[1] != 0) {
+        fputs(", \"offset\": ", w->out);
+        shd_put_floats(w->out, map->offset, 2);
+    }
+    fputs("}}", w->out);
+    return true;
+}
