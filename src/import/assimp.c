@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "import/block.h"
+#include "import/gltf.h"
 #include "import/maps.h"
 
 /* What glTF 2.0 has beside what all materials have: assimp's header of it is C++ in some versions.
@@ -98,7 +99,13 @@ static void apply_alpha_mode(const struct aiMaterial *m, shd_model_material *out
         out->opacity = out->opacity >= cutoff;
 }
 
-static shd_model_material put_material(shd_block *b, shd_map_reader *maps,
+static void apply_strength(const json_t *gltf, const char *name, shd_model_material *out) {
+    float strength;
+    out->strength_lost = !shd_gltf_strength(gltf, name, &strength);
+    for (int c = 0; c < 3 && !out->strength_lost; c++) out->emissive[c] *= strength;
+}
+
+static shd_model_material put_material(shd_block *b, shd_map_reader *maps, const json_t *gltf,
                                        const struct aiMaterial *m) {
     struct aiString name;
     int illum;
@@ -132,6 +139,7 @@ static shd_model_material put_material(shd_block *b, shd_map_reader *maps,
         get_color(m, BASE_COLOR, out.diffuse);
     }
     out.unlit = has_flag(m, UNLIT);
+    apply_strength(gltf, named ? name.data : "", &out);
     shd_put_maps(maps, m, &out);
     apply_alpha_mode(m, &out);
     return out;
@@ -263,6 +271,7 @@ static bool is_lamp(const struct aiLight *light) {
 /* Lists are put after what their items name, which is put first. */
 static bool put_scene(shd_block *b, const struct aiScene *scene, const char *path) {
     shd_map_reader maps = {.scene = scene, .model = path, .block = b};
+    const json_t *gltf = shd_gltf_open(path);
     walk w = {.scene = scene, .b = b};
     struct aiMatrix4x4 identity;
     aiIdentityMatrix4(&identity);
@@ -274,13 +283,13 @@ static bool put_scene(shd_block *b, const struct aiScene *scene, const char *pat
     size_t lamps = 0;
     for (unsigned i = 0; i < scene->mNumMeshes; i++) meshes[i] = put_mesh(b, scene->mMeshes[i]);
     for (unsigned i = 0; i < scene->mNumMaterials; i++)
-        materials[i] = put_material(b, &maps, scene->mMaterials[i]);
+        materials[i] = put_material(b, &maps, gltf, scene->mMaterials[i]);
     for (unsigned i = 0; i < scene->mNumCameras; i++)
         cameras[i] = put_camera(b, scene, scene->mCameras[i]);
     for (unsigned i = 0; i < scene->mNumLights; i++)
         if (is_lamp(scene->mLights[i])) lights[lamps++] = put_light(b, scene, scene->mLights[i]);
     add_objects(&w, scene->mRootNode, &identity);
-    shd_model model = {.magic = SHD_MODEL_MAGIC};
+    shd_model model = {.magic = SHD_MODEL_MAGIC, .ranged_lights = shd_gltf_ranges(gltf)};
     model.pictures = shd_block_items(b, maps.pictures, maps.count, sizeof *maps.pictures);
     model.meshes = shd_block_items(b, meshes, scene->mNumMeshes, sizeof *meshes);
     model.materials = shd_block_items(b, materials, scene->mNumMaterials, sizeof *materials);

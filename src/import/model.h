@@ -73,7 +73,8 @@ typedef struct shd_model_material {
     shd_model_map maps[SHD_MAP_KINDS];
     uint32_t kind;
     uint32_t unlit;
-    int32_t illum; /* MTL */
+    int32_t illum;          /* MTL */
+    uint32_t strength_lost; /* a factor of `emissive`, because the file has it for another one */
     /* MTL: Ka, Kd, Ks, Ke, Tf, Ns, d, Ni. */
     float ambient[3], diffuse[3], specular[3], emissive[3], through[3];
     float shininess, opacity, ior;
@@ -110,8 +111,8 @@ typedef struct shd_model {
     char magic[8];
     uint64_t size; /* of the block */
     shd_span pictures, meshes, materials, objects, cameras, lights;
-    uint64_t left_out; /* points and lines, which have no surface */
-    char failure[256]; /* why there is no model, or "" */
+    uint64_t ranged_lights; /* which end somewhere in the file */
+    char failure[256];      /* why there is no model, or "" */
 } shd_model;
 
 #define SHD_MODEL_MAGIC "shdmodl2"

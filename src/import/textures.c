@@ -104,7 +104,7 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
         if (!picture || kind == SHD_MAP_METAL_ROUGH) continue;
         char text[160];
         double mean[3];
-        const char *why = "there is nothing like it";
+        const char *why = "scenes have no such thing";
         if (kind < SHD_MAP_COLORS) {
             take_mean(picture, colors[kind], mean);
             why = find_obstacle(w, index, map, picture);
@@ -119,6 +119,11 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
         note_picture(w, name, picture->name, text);
     }
     take_metal_rough(w, name, &even);
+    if (from->strength_lost)
+        shd_import_note(w->options,
+                        "material \"%s\": its emissiveStrength is left out, because "
+                        "another material has its name",
+                        name);
     if (from->others.count)
         note_picture(w, name, from->others, "pictures of other uses are left out");
     shd_import_material_of(&even, w->options->phong, out);

@@ -248,6 +248,20 @@ class Import(Case):
     def test_glb(self):
         self.check_gltf("model.glb", glb())
 
+    def test_gltf_says_more_than_assimp_tells(self):
+        strong = {"name": "lamp", "emissiveFactor": [0.5, 0.25, 1],
+                  "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 8}}}
+        lights = [{"type": "point", "range": 3}, {"type": "spot", "spot": {}}, {"type": "directional"}]
+        more = {"extensions": {"KHR_lights_punctual": {"lights": lights}}, "extensionsUsed": ["KHR_lights_punctual"]}
+        for name, make in ("model.gltf", embedded), ("model.glb", glb):
+            scene, said = self.load(name, make(materials=[strong, {"name": "dark"}], **more))
+            self.assertEqual(scene["materials"]["lamp"]["emissive"], [4, 2, 8])
+            self.assertNotIn("emissive", scene["materials"]["dark"])
+            self.assertIn("range of 1 lights", said)
+        scene, said = self.load("model.glb", glb(materials=[strong, {**strong, "extensions": {}}]))
+        self.assertIn("emissiveStrength is left out", said)
+        self.assertEqual(scene["materials"]["lamp"]["emissive"], [0.5, 0.25, 1])
+
     def test_gltf_names_its_buffer_beside_it(self):
         document, data = gltf()
         (self.folder / "b.bin").write_bytes(data)
