@@ -24,8 +24,9 @@ typedef enum shd_thing {
     SHD_THING_MESH,
     SHD_THING_SCENE,
     SHD_THING_TABLE,
-    SHD_THING_ASSET, /* a picture's samples as its file has them */
-    SHD_THING_TEXELS /* a picture converted for one use; the digest is of the use, too */
+    SHD_THING_ASSET,  /* a picture's samples as its file has them */
+    SHD_THING_TEXELS, /* a picture converted for one use; the digest is of the use, too */
+    SHD_THING_LEVELS  /* smaller ones of that (base/pyramid.h); by the same digest */
 } shd_thing;
 
 /* A thing that is not kept yet. The caller holds it, and fills its `bytes` bytes, which are aligned

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "base/digest.h"
 
@@ -21,3 +22,7 @@ typedef struct shd_texels {
     shd_digest file;       /* of the file's bytes */
     shd_digest key;        /* of all that the texels depend on: the file and how they were taken */
 } shd_texels;
+
+static inline size_t shd_texels_size(const shd_texels *texels) {
+    return (size_t)texels->width * (size_t)texels->height * 4 * sizeof *texels->rgba;
+}

@@ -100,7 +100,8 @@ static bool plan_planes(const shd_scene *scene, shd_arena *arena, shd_plan *plan
 /* Finds whether channels are equal. */
 static void find_greys(shd_plan *plan) {
     const shd_scene *scene = plan->scene;
-    plan->grey_lights = !plan->extended; /* whose sums have three channels */
+    /* Sums of these have three channels. */
+    plan->grey_lights = !plan->extended && !plan->hued;
     for (size_t j = 0; j < plan->light_count; j++)
         plan->grey_lights &= shd_is_grey(plan->lights[j].color);
     plan->opaque = !scene->transparent;
@@ -136,7 +137,8 @@ static bool arrange_lights(shd_plan *plan, const shd_plan_light *lights, size_t 
 
 static void note_textures(shd_plan *plan, const shd_plan_textures *textures) {
     plan->textured = true;
-    if (textures->pattern_count > plan->max_patterns) plan->max_patterns = textures->pattern_count;
+    plan->hued |= textures->hued;
+    if (textures->field_count > plan->max_fields) plan->max_fields = textures->field_count;
 }
 
 static bool make_materials(shd_plan *plan, const double ambient[3], double (*bins)[3],

@@ -127,10 +127,11 @@ typedef struct shd_plan {
     const uint8_t *drops;     /* [scene->light_count]: SHD_DROP bits; 0: it is in `lights` */
     const shd_plan_material *materials; /* as shd_scene.materials */
     size_t max_lobes;                   /* of any material */
-    size_t max_terms;    /* of any material: the diffuse one, lobes, and slots of patterns */
-    size_t max_patterns; /* of any material */
-    bool textured;       /* some object has a pattern */
-    bool charted;        /* and one of these is a mesh, so that hits tell of triangles */
+    size_t max_terms;  /* of any material: the diffuse one, lobes, and slots of patterns */
+    size_t max_fields; /* of patterns of any material */
+    bool textured;     /* some object has a pattern or a picture */
+    bool hued;         /* and one of these has another field for each component of a color */
+    bool charted;      /* and one of these is a mesh, so that hits tell of triangles */
     const shd_plan_object *objects; /* as shd_scene.objects */
     const shd_plan_group *groups;
     size_t group_count;

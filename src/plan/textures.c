@@ -19,19 +19,28 @@ static void add_slot(making *m, const shd_texture *texture, shd_slot_of of, size
                      const double *by, double low[3]) {
     shd_plan_slot *slot = &m->slots[m->out->slot_count];
     shd_plan_textures *out = m->out;
-    double high[3];
-    size_t p = 0;
+    double high[3], ends[2][3];
+    size_t p = 0, field = 0;
     for (int c = 0; c < 3; c++) {
         low[c] = texture->low[c] * (by ? by[c] : 1);
         high[c] = texture->high[c] * (by ? by[c] : 1);
     }
-    *slot = (shd_plan_slot){.of = of, .term = term};
+    *slot = (shd_plan_slot){.of = of, .term = term, .name = texture->name};
     for (int c = 0; c < 3; c++) slot->rise[c] = high[c] - low[c];
-    out->grey = out->grey && shd_is_grey(low) && shd_is_grey(high);
-    out->negative = out->negative || is_negative(low) || is_negative(high);
-    while (p < out->pattern_count && !shd_same_pattern(&m->patterns[p], &texture->pattern)) p++;
-    if (p == out->pattern_count) m->patterns[out->pattern_count++] = texture->pattern;
+    for (; p < out->pattern_count && !shd_same_pattern(&m->patterns[p], &texture->pattern); p++)
+        field += (size_t)shd_pattern_fields(&m->patterns[p]);
+    const int fields = shd_pattern_fields(&texture->pattern);
+    if (p == out->pattern_count) {
+        m->patterns[out->pattern_count++] = texture->pattern;
+        out->field_count += (size_t)fields;
+    }
     slot->pattern = p;
+    for (size_t c = 0; c < 3; c++) slot->field[c] = field + (fields == 3 ? c : 0);
+    shd_texture_ends(texture, ends);
+    for (int c = 0; c < 3 && by; c++) ends[0][c] *= by[c], ends[1][c] *= by[c];
+    out->hued = out->hued || fields == 3;
+    out->grey = out->grey && fields == 1 && shd_is_grey(low) && shd_is_grey(high);
+    out->negative = out->negative || is_negative(ends[0]) || is_negative(ends[1]);
     out->slot_count++;
 }
 

@@ -1,4 +1,6 @@
-/* The store's meshes, as reading a scene finds and keeps them. */
+/* What scenes may name: the store's meshes, as reading a scene finds and keeps them, and pictures.
+ */
+#include "render/pictures.h"
 #include "render/request.h"
 #include "sight/ready.h"
 
@@ -43,6 +45,12 @@ static const shd_mesh *keep_builtin(void *context, const shd_mesh *mesh, const s
     return find_mesh(context, digest);
 }
 
-shd_mesh_shelf shd_mesh_shelf_of(shd_request *request) {
-    return (shd_mesh_shelf){find_mesh, request, keep_builtin};
+shd_shelf shd_shelf_of(shd_request *request) {
+    shd_shelf shelf = {
+        .context = request, .texels = shd_wished_texels, .pyramid = shd_wished_pyramid};
+    if (shd_store_load_of(request->rendering.engine->store).cap > 0) {
+        shelf.find = find_mesh;
+        shelf.keep = keep_builtin;
+    }
+    return shelf;
 }

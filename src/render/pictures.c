@@ -20,6 +20,8 @@ enum { HEAD = (sizeof(shd_texels) + 63) / 64 * 64 };
 struct shd_held_picture {
     shd_held_picture *next;
     shd_stored *thing;
+    shd_stored *levels;         /* NULL: nobody has asked for its pyramid */
+    const shd_pyramid *pyramid; /* of both */
 };
 
 static const shd_texels *picture_of(const shd_stored *thing) {
@@ -127,12 +129,15 @@ static shd_held_picture *find_held(const shd_request *request, const shd_digest 
 uint64_t shd_request_texel_bytes(const shd_request *request) {
     uint64_t bytes = 0;
     for (const shd_held_picture *h = request->held_pictures; h; h = h->next)
-        bytes += shd_stored_size(h->thing);
+        bytes += shd_stored_size(h->thing) + (h->levels ? shd_stored_size(h->levels) : 0);
     return bytes;
 }
 
 void shd_request_drop_pictures(shd_request *request) {
-    for (shd_held_picture *h = request->held_pictures; h; h = h->next) shd_stored_drop(h->thing);
+    for (shd_held_picture *h = request->held_pictures; h; h = h->next) {
+        shd_stored_drop(h->thing);
+        shd_stored_drop(h->levels);
+    }
     request->held_pictures = NULL;
 }
 
@@ -207,7 +212,7 @@ static shd_status find_picture(shd_request *request, const shd_asset *asset,
         shd_stored_drop(thing);
         return shd_rendering_full(&request->rendering, "picture", error);
     }
-    *held = (shd_held_picture){request->held_pictures, thing};
+    *held = (shd_held_picture){.next = request->held_pictures, .thing = thing};
     request->held_pictures = held;
     *out = thing;
     return SHD_OK;
@@ -222,5 +227,46 @@ shd_status shd_request_texels(shd_request *request, const shd_picture_wish *wish
     status = find_picture(request, &asset, wish, &thing, error);
     shd_stored_drop(asset.thing);
     if (status == SHD_OK) *out = picture_of(thing);
+    return status;
+}
+
+/* ---- Pyramids ---- */
+
+/* The levels, which the caller drops; they are kept if they fit. */
+static shd_status make_levels(const shd_request *request, const shd_texels *texels,
+                              shd_stored **out, shd_error *error) {
+    shd_store *store = request->rendering.engine->store;
+    const size_t bytes = shd_pyramid_size(texels);
+    shd_stored *thing;
+    bool known;
+    const shd_status status =
+        shd_stored_new(store, SHD_THING_LEVELS, &texels->key, bytes, &thing, error);
+    if (status != SHD_OK) return status;
+    if (!shd_pyramid_fill(texels, request->rendering.cancelled, shd_stored_bytes(thing))) {
+        shd_stored_drop(thing);
+        return shd_rendering_cancelled(error);
+    }
+    shd_store_put(store, thing, "", &known, NULL);
+    *out = thing;
+    return SHD_OK;
+}
+
+shd_status shd_request_pyramid(shd_request *request, const shd_texels *texels,
+                               const shd_pyramid **out, shd_error *error) {
+    shd_store *store = request->rendering.engine->store;
+    shd_held_picture *held = find_held(request, &texels->key);
+    shd_status status = SHD_OK;
+    if (!held->pyramid) {
+        status = check_room(request, shd_pyramid_size(texels), error);
+        if (status != SHD_OK) return status;
+        shd_pyramid *pyramid = shd_arena_alloc(request->rendering.arena, 1, sizeof *pyramid);
+        if (!pyramid) return shd_rendering_full(&request->rendering, "picture", error);
+        held->levels = shd_store_find(store, SHD_THING_LEVELS, &texels->key);
+        if (!held->levels) status = make_levels(request, texels, &held->levels, error);
+        if (status != SHD_OK) return status;
+        shd_pyramid_open(texels, shd_stored_bytes(held->levels), pyramid);
+        held->pyramid = pyramid;
+    }
+    *out = held->pyramid;
     return status;
 }

@@ -6,22 +6,8 @@
  * too large to be kept is made for the request alone. */
 #pragma once
 
-#include "base/texels.h"
+#include "base/pyramid.h"
 #include "render/request.h"
-
-/* How a document takes a picture. */
-typedef struct shd_picture_wish {
-    /* "sha256-" and the 64 digits of a file that was put, or the name of one of the operator's.
-     * Any text that a client has sent. */
-    const char *name;
-    /* The space of the picture's values, as the document tells it. NULL: the configuration's rules
-     * for files tell it by the file's name or format; where only their default matches, integers
-     * are sRGB and floats are linear in the role scene_linear. */
-    const shd_space_info *space;
-    /* The space that they are wanted in, the scene's working space. NULL: they are no color
-     * (normals, opacities), and stay as the file has them: codes become [0,1], floats stay. */
-    const shd_space_info *working;
-} shd_picture_wish;
 
 /* The picture, decoded and converted, which the request holds until it is dropped. A picture that
  * the request has is found again at once. The request's thread; it may take as long as decoding
@@ -39,6 +25,18 @@ typedef struct shd_picture_wish {
  * started. */
 shd_status shd_request_texels(shd_request *request, const shd_picture_wish *wish,
                               const shd_texels **out, shd_error *error);
+
+/* The pyramid of texels that shd_request_texels gave to this request, made and kept as these are.
+ * The request holds it, too. Statuses are the same. */
+shd_status shd_request_pyramid(shd_request *request, const shd_texels *texels,
+                               const shd_pyramid **out, shd_error *error);
+
+/* The same as members of a shelf: of one scene each wish is fulfilled or refused once, and there
+ * are 256 of them at most. `request` is a shd_request. */
+shd_status shd_wished_texels(void *request, const shd_picture_wish *wish, const shd_texels **out,
+                             shd_error *error);
+shd_status shd_wished_pyramid(void *request, const shd_texels *texels, const shd_pyramid **out,
+                              shd_error *error);
 
 /* Bytes that the request's pictures take, as its limit `memory` counts them. */
 uint64_t shd_request_texel_bytes(const shd_request *request);

@@ -233,12 +233,11 @@ shd_status shd_rendering_admit(shd_rendering *r, const shd_film *film, bool ligh
 shd_status shd_request_read(shd_request *request, const char *json, size_t length,
                             shd_format fallback) {
     const shd_engine *engine = request->rendering.engine;
-    const shd_mesh_shelf shelf = shd_mesh_shelf_of(request);
-    const bool keeps = shd_store_load_of(engine->store).cap > 0;
+    const shd_shelf shelf = shd_shelf_of(request);
     shd_stage_begin(&request->rendering);
-    shd_status status = shd_scene_read(
-        json, length, &engine->catalog, &request->limits, request->rendering.cancelled, fallback,
-        keeps ? &shelf : NULL, request->rendering.arena, &request->scene, &request->report);
+    shd_status status = shd_scene_read(json, length, &engine->catalog, &request->limits,
+                                       request->rendering.cancelled, fallback, &shelf,
+                                       request->rendering.arena, &request->scene, &request->report);
     if (status == SHD_MISSING && request->held_full) /* what is missing was not looked for */
         status = report_only(request, SHD_MEMORY, "the limit `memory` is reached");
     if (status == SHD_OK) status = check_formats(request);

@@ -28,6 +28,7 @@ struct shd_request {
     struct shd_pair *pair;           /* NULL: it is of one scene; in the arena */
     shd_held_mesh *held;
     shd_held_picture *held_pictures;
+    struct shd_wished *wished; /* pictures that the scene names */
     struct shd_held_table *tables;
     bool held_full; /* the arena had no room to hold more */
     char etag[33];
@@ -52,8 +53,9 @@ shd_status shd_request_keep_made(shd_request *request, const shd_mesh *mesh,
                                  const shd_digest *digest, const char *client, bool *known,
                                  shd_error *error);
 
-/* For reading the request's scene: the meshes of the engine's store, which it then holds. */
-shd_mesh_shelf shd_mesh_shelf_of(shd_request *request);
+/* For reading the request's scene: meshes of the engine's store and pictures, which it then holds.
+ */
+shd_shelf shd_shelf_of(shd_request *request);
 
 /* Ends its hold of pictures. */
 void shd_request_drop_pictures(shd_request *request);

@@ -130,6 +130,11 @@ static void put_texture(sink *s, const shd_texture *texture, size_t which) {
     put_count(s, (uint64_t)p->octaves);
     put_numbers(s, texture->low, 3);
     put_numbers(s, texture->high, 3);
+    if (!p->picture) return;
+    const shd_digest *key = &p->picture->texels->key;
+    put_count(s, (uint64_t)p->channel);
+    flush_sink(s);
+    sha256_update(&s->hash, sizeof key->bytes, key->bytes);
 }
 
 /* As above: behind a count that no list of lobes has. */

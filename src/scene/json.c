@@ -46,6 +46,12 @@ static size_t write_pointer(const shd_node *node, char *out, size_t size) {
     return used;
 }
 
+const char *shd_node_pointer(const shd_node *node, shd_arena *arena) {
+    char pointer[POINTER_BYTES];
+    pointer[write_pointer(shown_node(node), pointer, sizeof pointer)] = '\0';
+    return shd_arena_strdup(arena, pointer);
+}
+
 void shd_node_report(shd_report *report, const shd_node *node, shd_status status,
                      const char *format, ...) {
     char pointer[POINTER_BYTES], text[TEXT_BYTES];

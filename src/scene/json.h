@@ -42,6 +42,9 @@ void shd_json_drop(shd_json *json, shd_arena *arena);
  * its items. */
 shd_numbers shd_json_numbers(const shd_json *json, const json_t *value);
 
+/* The place's JSON Pointer, in the arena; NULL: memory. */
+const char *shd_node_pointer(const shd_node *node, shd_arena *arena);
+
 /* Adds an error about the place, or a warning if the status is SHD_OK. */
 void shd_node_report(shd_report *report, const shd_node *node, shd_status status,
                      const char *format, ...) SHD_PRINTF(4, 5);

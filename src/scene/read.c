@@ -106,7 +106,7 @@ static void read_document(shd_reader *r, json_t *tree) {
 
 shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *catalog,
                           const shd_limits *limits, const atomic_bool *cancelled,
-                          shd_format fallback, const shd_mesh_shelf *shelf, shd_arena *arena,
+                          shd_format fallback, const shd_shelf *shelf, shd_arena *arena,
                           const shd_scene **out, shd_report *report) {
     if (length > limits->body) {
         shd_report_error(report, SHD_LIMIT, "",

@@ -29,11 +29,11 @@ typedef struct shd_shared_mesh {
     bool used;            /* by an object */
 } shd_shared_mesh;
 
-/* A `data` that is not kept. */
+/* A mesh or a picture that is not kept. */
 typedef struct shd_missing {
-    const char *shared; /* the entry of `meshes` that names it, which is the document's; NULL: */
-    size_t object;      /* the first object that does */
-    shd_digest digest;
+    const char *pointer;            /* to the first place that names it; the arena's */
+    const char *what;               /* "mesh" or "asset" */
+    char name[SHD_DIGEST_TEXT + 8]; /* "sha256-" and its digits */
 } shd_missing;
 
 typedef struct shd_reader {
@@ -41,7 +41,7 @@ typedef struct shd_reader {
     const shd_limits *limits;
     const atomic_bool *cancelled; /* if raised, reading ends, and what was read is not used */
     shd_format fallback;
-    const shd_mesh_shelf *shelf; /* NULL: no meshes are kept */
+    const shd_shelf *shelf; /* NULL: there is nothing that documents may name */
     shd_arena *arena;
     const shd_json *json;
     shd_report *report;
@@ -156,8 +156,8 @@ shd_field_read shd_read_color;     /* double[3], in the working space */
 /* double[3], a color, or the RGB of a spectrum, which is written to where the field has its curve.
  */
 shd_field_read shd_read_color_or_spectrum;
-/* The same, or a pattern, whose larger colors are written, and which goes to where the field has
- * its texture. */
+/* The same, or a pattern or a picture, whose larger colors are written, and which goes to where the
+ * field has its texture. */
 shd_field_read shd_read_coefficient;
 shd_field_read shd_read_spectral; /* shd_spectral */
 shd_field_read shd_read_space;    /* const shd_space_info *, by its name; NULL: it is wrong */
@@ -276,10 +276,16 @@ shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_sour
 const shd_mesh *shd_read_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source,
                               shd_mesh **own);
 
+/* Reads a picture of what is no color: {texture, channel, uv}. False: an error, or it is not kept.
+ */
+bool shd_read_picture(shd_reader *r, const shd_node *node, shd_pattern *out);
+
 /* Reports an object that its material's patterns cannot be on. `node` is the object. */
 void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *object);
 
-/* Reports the meshes that are not kept, after all else that is wrong. */
+/* Notes what a place names and is not kept. `what` stays as long as the reader. */
+void shd_note_missing(shd_reader *r, const shd_node *node, const char *what, const char *name);
+/* Reports all of it, after all else that is wrong. */
 void shd_report_missing(shd_reader *r);
 
 /* Writes 128 bits of SHA-256 of what a picture of the scene depends on, as 32 hexadecimal digits.

@@ -125,8 +125,7 @@ static void read_css(shd_reader *r, const shd_node *node, double *out, double *a
     *alpha = color.alpha;
 }
 
-/* Whether an object is what stands for a coefficient elsewhere, or nowhere yet, which is reported.
- */
+/* Whether an object is what stands for a coefficient elsewhere, which is reported. */
 static bool is_misplaced(shd_reader *r, const shd_node *node) {
     const shd_node pattern = shd_node_member(node, "pattern"),
                    texture = shd_node_member(node, "texture");
@@ -135,7 +134,9 @@ static bool is_misplaced(shd_reader *r, const shd_node *node) {
                   "a pattern has no place here: emissive, ambient, diffuse, specular and the "
                   "specular of lobes may be patterns");
     else if (texture.value)
-        shd_wrong(r, &texture, "pictures are not taken as textures yet");
+        shd_wrong(r, &texture,
+                  "a picture has no place here: emissive, ambient, diffuse, specular and the "
+                  "specular of lobes may be pictures");
     return pattern.value || texture.value;
 }
 

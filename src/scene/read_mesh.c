@@ -225,14 +225,6 @@ shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_sour
 
 /* ---- Meshes that are kept ---- */
 
-static void add_missing(shd_reader *r, const shd_digest *digest, const shd_node *node) {
-    const size_t named = r->missing_count < SHD_REPORT_KEEP ? r->missing_count : SHD_REPORT_KEEP;
-    for (size_t i = 0; i < named; i++)
-        if (shd_digest_same(&r->missing[i].digest, digest)) return;
-    if (named < SHD_REPORT_KEEP) r->missing[named] = (shd_missing){node->key, node->index, *digest};
-    r->missing_count++;
-}
-
 /* The mesh that `data` names. NULL if it names none, which is an error, or if it is not kept. */
 static const shd_mesh *find_mesh(shd_reader *r, const shd_node *data) {
     static const char prefix[] = "sha256-";
@@ -245,10 +237,10 @@ static const shd_mesh *find_mesh(shd_reader *r, const shd_node *data) {
         shd_wrong(r, data,
                   "expected \"sha256-\" and 64 hexadecimal digits, in lower case, got \"%s\"",
                   shd_quote(name).text);
-    } else if (!r->shelf) {
+    } else if (!r->shelf || !r->shelf->find) {
         shd_wrong(r, data, "no meshes are kept here: give `positions`, `indices` and `normals`");
     } else if (!(mesh = r->shelf->find(r->shelf->context, &digest))) {
-        add_missing(r, &digest, data->parent);
+        shd_note_missing(r, data, "mesh", name);
     } else {
         warn_of_inverted_normals(r, data, mesh);
     }
@@ -265,17 +257,4 @@ const shd_mesh *shd_read_mesh(shd_reader *r, const shd_node *node, const shd_mes
     else if (source->data)
         return find_mesh(r, &data);
     return source->data ? NULL : (*own = shd_make_mesh(r, node, source));
-}
-
-void shd_report_missing(shd_reader *r) {
-    for (size_t i = 0; i < r->missing_count; i++) {
-        const shd_missing *m = &r->missing[i < SHD_REPORT_KEEP ? i : 0];
-        char digest[SHD_DIGEST_TEXT];
-        shd_digest_write(&m->digest, digest);
-        const shd_node root = {NULL, NULL, 0, NULL},
-                       objects = {&root, m->shared ? "meshes" : "objects", 0, NULL},
-                       mesh = {&objects, m->shared, m->object, NULL},
-                       data = {&mesh, "data", 0, NULL};
-        shd_node_report(r->report, &data, SHD_MISSING, "no mesh sha256-%s is kept here", digest);
-    }
 }

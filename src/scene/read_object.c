@@ -107,7 +107,8 @@ static const shd_mesh *read_mesh(shd_reader *r, const shd_node *node, const raw_
 static const shd_mesh *make_builtin(shd_reader *r, shd_builtin which) {
     const char *name = shd_shape_names[SHD_SHAPE_COUNT + which];
     const shd_digest digest = shd_digest_of(name, strlen(name));
-    const shd_mesh *mesh = r->shelf ? r->shelf->find(r->shelf->context, &digest) : NULL;
+    const bool finds = r->shelf && r->shelf->find;
+    const shd_mesh *mesh = finds ? r->shelf->find(r->shelf->context, &digest) : NULL;
     if (!mesh) {
         mesh = shd_builtin_mesh(which, r->arena);
         const bool keeps = mesh && r->shelf && r->shelf->keep;

@@ -1,4 +1,4 @@
-/* Coefficients that are patterns, and which objects they may be on. */
+/* Coefficients that are patterns or pictures, and which objects they may be on. */
 #include <string.h>
 
 #include "scene/read.h"
@@ -10,12 +10,17 @@ typedef struct raw_uv {
     int wrap;
 } raw_uv;
 
+/* `kind` is a shd_pattern_kind, SHD_PICTURE among them. */
 typedef struct raw_pattern {
     raw_uv uv;
     int kind;
     double width;
     int octaves;
     double colors[2][3];
+    const char *name;
+    const shd_space_info *space;
+    int channel;
+    double tint[3];
 } raw_pattern;
 
 /* A scale of one number is that of both axes. */
@@ -43,12 +48,12 @@ static void read_uv(shd_reader *r, const shd_node *node, void *out) {
         {"scale", read_scale, .offset = offsetof(raw_uv, scale), .range = &modest},
         {"offset", read_two, .offset = offsetof(raw_uv, offset), .range = &modest},
         {"rotate", shd_read_degrees, .offset = offsetof(raw_uv, rotate), .range = &modest},
-        {"wrap", shd_read_choice, .offset = offsetof(raw_uv, wrap), .kinds = 1u << SHD_GRADIENT,
-         .choices = wraps},
+        {"wrap", shd_read_choice, .offset = offsetof(raw_uv, wrap),
+         .kinds = 1u << SHD_GRADIENT | 1u << SHD_PICTURE, .choices = wraps},
     };
     raw_pattern *raw = (raw_pattern *)(void *)((char *)out - offsetof(raw_pattern, uv));
     static const char *const whats[] = {"a checker's `uv`", "a grid's `uv`", "a gradient's `uv`",
-                                        "a noise's `uv`"};
+                                        "a noise's `uv`", "a picture's `uv`"};
     shd_read_fields(r, node, fields, SHD_LENGTH(fields), 1u << raw->kind, whats[raw->kind], out);
 }
 
@@ -59,6 +64,12 @@ static void read_colors(shd_reader *r, const shd_node *node, void *out) {
         const shd_node item = shd_node_item(node, i);
         shd_read_color(r, &item, colors[i]);
     }
+}
+
+static void read_name(shd_reader *r, const shd_node *node, void *out) {
+    const char *name =
+        shd_get_text(r, node, "the name of a picture, or \"sha256-\" and its digits");
+    if (name) *(const char **)out = shd_take_text(r, name);
 }
 
 static shd_pattern pattern_of(const raw_pattern *raw) {
@@ -72,52 +83,153 @@ static shd_pattern pattern_of(const raw_pattern *raw) {
                          .octaves = raw->kind == SHD_NOISE ? raw->octaves : 0};
 }
 
-static bool read_pattern(shd_reader *r, const shd_node *node, raw_pattern *raw) {
+/* A kind behind those of patterns: a picture of what is no color. */
+enum { PLAIN_PICTURE = SHD_PICTURE + 1 };
+
+static bool read_members(shd_reader *r, const shd_node *node, int kind, raw_pattern *raw) {
+    enum {
+        PATTERNS = (1 << SHD_PATTERN_COUNT) - 1,
+        COLORS = 1 << SHD_PICTURE,
+        PICTURES = COLORS | 1 << PLAIN_PICTURE
+    };
     static const shd_range width = {0, 1, true, true, "between 0 and 1"},
                            octaves = {1, 8, .text = "1 to 8"};
+    static const char *const channels[] = {"R", "G", "B", "A", NULL};
     static const shd_field fields[] = {
-        {"pattern", .read = NULL},
-        {"colors", read_colors, .offset = offsetof(raw_pattern, colors), .required = true},
+        {"pattern", .read = NULL, .kinds = PATTERNS},
+        {"texture", read_name, .offset = offsetof(raw_pattern, name), .kinds = PICTURES},
+        {"colors", read_colors, .offset = offsetof(raw_pattern, colors), .kinds = PATTERNS,
+         .required = true},
+        {"tint", shd_read_color, .offset = offsetof(raw_pattern, tint), .kinds = COLORS},
+        {"space", shd_read_space, .offset = offsetof(raw_pattern, space), .kinds = COLORS},
+        {"channel", shd_read_choice, offsetof(raw_pattern, channel), PICTURES, .choices = channels},
         {"uv", read_uv, .offset = offsetof(raw_pattern, uv)},
         {"width", shd_read_number, offsetof(raw_pattern, width), 1u << SHD_GRID, .range = &width},
         {"octaves", shd_read_integer, offsetof(raw_pattern, octaves), 1u << SHD_NOISE,
          .range = &octaves},
     };
-    static const char *const whats[] = {"a checker", "a grid", "a gradient", "a noise"};
-    const shd_node name = shd_node_member(node, "pattern");
+    static const char *const whats[] = {"a checker", "a grid",    "a gradient",
+                                        "a noise",   "a picture", "a picture of numbers"};
     const size_t errors = r->report->error_count;
-    *raw = (raw_pattern){.uv.scale = {1, 1}, .width = 0.1, .octaves = 4};
-    raw->kind = shd_read_name(r, &name, shd_pattern_names);
-    if (raw->kind < 0) return false;
-    shd_read_fields(r, node, fields, SHD_LENGTH(fields), 1u << raw->kind, whats[raw->kind], raw);
+    *raw = (raw_pattern){
+        .uv = {.scale = {1, 1}, .wrap = kind >= SHD_PICTURE ? SHD_WRAP_REPEAT : SHD_WRAP_CLAMP},
+        .kind = kind == PLAIN_PICTURE ? SHD_PICTURE : kind,
+        .width = 0.1,
+        .octaves = 4,
+        .channel = SHD_ALL_CHANNELS,
+        .tint = {1, 1, 1}};
+    shd_read_fields(r, node, fields, SHD_LENGTH(fields), 1u << kind, whats[kind], raw);
     return r->report->error_count == errors;
+}
+
+/* ---- Pictures ---- */
+
+/* NULL after an error, or if it is not kept. */
+static const shd_pyramid *find_picture(shd_reader *r, const shd_node *node,
+                                       const shd_picture_wish *wish) {
+    const shd_node at = shd_node_member(node, "texture");
+    const shd_texels *texels;
+    const shd_pyramid *out = NULL;
+    shd_error error = {.limit = SHD_LIMIT_NONE};
+    if (!r->shelf || !r->shelf->texels) {
+        shd_wrong(r, &at, "there are no pictures here");
+        return NULL;
+    }
+    shd_status status = r->shelf->texels(r->shelf->context, wish, &texels, &error);
+    if (status == SHD_OK) status = r->shelf->pyramid(r->shelf->context, texels, &out, &error);
+    if (status == SHD_OK && texels->held)
+        shd_warn(r, &at,
+                 "the picture has %zu samples that are not finite or beyond half floats, which are "
+                 "taken as 0 or as the largest of these",
+                 texels->held);
+    if (status == SHD_OK) return out;
+    if (status == SHD_MISSING) {
+        shd_note_missing(r, &at, "asset", wish->name);
+    } else {
+        shd_node_report(r->report, &at, status, "%s", error.text);
+        if (error.limit != SHD_LIMIT_NONE) shd_report_limit(r->report, error.limit);
+    }
+    return NULL;
+}
+
+static bool take_picture(shd_reader *r, const shd_node *node, bool is_color, raw_pattern *raw,
+                         shd_pattern *out) {
+    const shd_space_info *working = r->scene->working_space;
+    if (!read_members(r, node, is_color ? SHD_PICTURE : PLAIN_PICTURE, raw)) return false;
+    if (!raw->name || (is_color && !working)) return false; /* which has been told */
+    const shd_picture_wish wish = {raw->name, raw->space, is_color ? working : NULL};
+    const shd_pyramid *picture = find_picture(r, node, &wish);
+    *out = pattern_of(raw);
+    out->picture = picture;
+    /* Of a picture that is grey one component tells all. */
+    const bool all = raw->channel == SHD_ALL_CHANNELS && picture && picture->grey;
+    out->channel = all ? 0 : raw->channel;
+    return picture;
+}
+
+bool shd_read_picture(shd_reader *r, const shd_node *node, shd_pattern *out) {
+    raw_pattern raw;
+    return take_picture(r, node, false, &raw, out);
+}
+
+/* ---- Coefficients ---- */
+
+static bool read_patterned(shd_reader *r, const shd_node *node, shd_texture *out) {
+    const shd_node name = shd_node_member(node, "pattern");
+    const int kind = shd_read_name(r, &name, shd_pattern_names);
+    raw_pattern raw;
+    if (kind < 0 || !read_members(r, node, kind, &raw)) return false;
+    out->pattern = pattern_of(&raw);
+    memcpy(out->low, raw.colors[0], sizeof out->low);
+    memcpy(out->high, raw.colors[1], sizeof out->high);
+    return true;
+}
+
+static bool read_pictured(shd_reader *r, const shd_node *node, shd_texture *out) {
+    raw_pattern raw;
+    if (!take_picture(r, node, true, &raw, &out->pattern)) return false;
+    memcpy(out->high, raw.tint, sizeof out->high);
+    out->name = raw.name;
+    return true;
+}
+
+/* The color of either end of a picture's range, as its tint has it. */
+static void color_at(const shd_texture *texture, const float end[4], double out[3]) {
+    const int channel = texture->pattern.channel;
+    for (int c = 0; c < 3; c++)
+        out[c] = texture->high[c] * (double)end[channel == SHD_ALL_CHANNELS ? c : channel];
+}
+
+void shd_texture_ends(const shd_texture *texture, double ends[2][3]) {
+    const shd_pyramid *picture = texture->pattern.picture;
+    memcpy(ends[0], texture->low, sizeof ends[0]);
+    memcpy(ends[1], texture->high, sizeof ends[1]);
+    if (!picture) return;
+    color_at(texture, picture->texels->low, ends[0]);
+    color_at(texture, picture->texels->high, ends[1]);
 }
 
 void shd_read_coefficient(shd_reader *r, const shd_node *node, void *out) {
     const shd_field *field = r->field;
     void *at = (char *)out - field->offset + field->texture;
     const shd_texture **place = at;
-    raw_pattern raw;
     *place = NULL;
-    if (!json_is_object(node->value) || !json_object_get(node->value, "pattern")) {
+    const bool is_picture = json_object_get(node->value, "texture");
+    if (!is_picture && !json_object_get(node->value, "pattern")) {
         shd_read_color_or_spectrum(r, node, out);
         return;
     }
     if (r->in_library) {
-        shd_wrong(r, node, "a material of the library has no patterns");
+        shd_wrong(r, node, "a material of the library has no patterns or pictures");
         return;
     }
-    if (!read_pattern(r, node, &raw)) return;
     shd_texture *texture = shd_take(r, 1, sizeof *texture);
     if (!texture) return;
-    texture->pattern = pattern_of(&raw);
-    memcpy(texture->low, raw.colors[0], sizeof texture->low);
-    memcpy(texture->high, raw.colors[1], sizeof texture->high);
-    double *most = out;
-    for (int c = 0; c < 3; c++) {
-        const double low = texture->low[c], high = texture->high[c];
-        most[c] = fabs(low) > fabs(high) ? low : high;
-    }
+    if (!(is_picture ? read_pictured : read_patterned)(r, node, texture)) return;
+    double *most = out, ends[2][3];
+    shd_texture_ends(texture, ends);
+    for (int c = 0; c < 3; c++)
+        most[c] = fabs(ends[0][c]) > fabs(ends[1][c]) ? ends[0][c] : ends[1][c];
     *place = texture;
     const shd_curve **curve = (void *)((char *)out - field->offset + field->curve);
     *curve = NULL;
@@ -148,15 +260,16 @@ void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *o
     if (!shd_is_textured(material)) return;
     const shd_mesh *mesh = object->mesh;
     if (object->interpolation != SHD_PHONG)
-        shd_wrong(r, node, "a material with a pattern needs interpolation phong");
+        shd_wrong(r, node, "a material with a pattern or a picture needs interpolation phong");
     if (object->shape == SHD_MESH && mesh && !mesh->uvs)
-        shd_wrong(r, node, "a material with a pattern needs `uvs` on a mesh%s",
+        shd_wrong(r, node, "a material with a pattern or a picture needs `uvs` on a mesh%s",
                   mesh->type ? ": what is built in has none" : "");
-    if (r->scene->spectral.channels) shd_wrong(r, node, "a spectral scene has no patterns");
+    if (r->scene->spectral.channels)
+        shd_wrong(r, node, "a spectral scene has no patterns and no pictures");
     if (r->scene->trace.depth > 0)
         shd_wrong(r, node,
-                  "patterns are not seen by mirrored or refracted rays: `trace` with a "
-                  "`depth` has none");
+                  "patterns and pictures are not seen by mirrored or refracted rays: `trace` with "
+                  "a `depth` has none");
     if (material->model == SHD_MODEL_WESTIN)
-        shd_wrong(r, node, "the facets of a westin material have no pattern");
+        shd_wrong(r, node, "the facets of a westin material have no pattern or picture");
 }

@@ -352,24 +352,46 @@ static inline bool shd_has_background(const shd_scene *scene) {
     return !scene->transparent || scene->background_alpha > 0;
 }
 
-/* The meshes that are kept. It finds one by its digest; NULL if there is none. It keeps one that is
- * built in (NULL: it does not do that), and returns what is kept of it, or NULL. Meshes that it
- * gives stay as long as the scene that is read. */
-typedef struct shd_mesh_shelf {
+/* How a document takes a picture. */
+typedef struct shd_picture_wish {
+    /* "sha256-" and the 64 digits of a file that was put, or the name of one of the operator's.
+     * Any text that a client has sent. */
+    const char *name;
+    /* The space of the picture's values, as the document tells it. NULL: the configuration's rules
+     * for files tell it by the file's name or format; where only their default matches, integers
+     * are sRGB and floats are linear in the role scene_linear. */
+    const shd_space_info *space;
+    /* The space that they are wanted in, the scene's working space. NULL: they are no color
+     * (normals, opacities), and stay as the file has them: codes become [0,1], floats stay. */
+    const shd_space_info *working;
+} shd_picture_wish;
+
+/* What a scene may name and does not have itself. All that it gives stays as long as the scene that
+ * is read.
+ *
+ * `find` finds a mesh that is kept by its digest; NULL if there is none. (find NULL: none are
+ * kept.) `keep` keeps one that is built in (NULL: it does not do that), and returns what is kept of
+ * it, or NULL. `texels` and `pyramid` find a picture, and the pyramid of one, with the errors of
+ * render/pictures.h; error->path means nothing. (NULL: there are none.) */
+typedef struct shd_shelf {
     const shd_mesh *(*find)(void *context, const shd_digest *digest);
     void *context;
     const shd_mesh *(*keep)(void *context, const shd_mesh *mesh, const shd_digest *digest);
-} shd_mesh_shelf;
+    shd_status (*texels)(void *context, const shd_picture_wish *wish, const shd_texels **out,
+                         shd_error *error);
+    shd_status (*pyramid)(void *context, const shd_texels *texels, const shd_pyramid **out,
+                          shd_error *error);
+} shd_shelf;
 
 /* Reads `length` bytes of JSON. `report` gets everything that is wrong, with JSON Pointers, and
  * warnings; items of a list past its limit are not read. The scene is made only if there is no
- * error. `fallback` is the format of an output that names none. `shelf` has the meshes that `data`
- * may name, and is NULL if none are kept. Jansson's own memory is freed before the function
- * returns; the scene lives in `arena`. `cancelled` (or NULL) ends the reading with SHD_CANCELLED.
- * Returns report->status. */
+ * error. `fallback` is the format of an output that names none. `shelf` has the meshes and
+ * pictures that it may name; NULL: there are none. Jansson's own memory is freed before the
+ * function returns; the scene lives in `arena`. `cancelled` (or NULL) ends the reading with
+ * SHD_CANCELLED. Returns report->status. */
 shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *catalog,
                           const shd_limits *limits, const atomic_bool *cancelled,
-                          shd_format fallback, const shd_mesh_shelf *shelf, shd_arena *arena,
+                          shd_format fallback, const shd_shelf *shelf, shd_arena *arena,
                           const shd_scene **out, shd_report *report);
 
 /* Reads a mesh alone: {"positions": [...], "indices": [...], "normals": [...]} as an object has

@@ -1,34 +1,45 @@
-/* Patterns: what a coefficient of a material may be in place of one color.
+/* Patterns and pictures: what a coefficient of a material may be in place of one color.
  *
  * A pattern is a field w in [0, 1] over a surface's chart (shade/chart.h), and a coefficient mixes
- * two colors by it: low + (high - low) w. The field holds no color, so that a tint changes no
- * weight. Constant; any thread. */
+ * two colors by it: low + (high - low) w. A picture is such a field too, or one for each component
+ * of the color, of what its texels are; low is black, and high the tint. The field holds no tint,
+ * so that another one changes no weight. Constant; any thread. */
 #pragma once
 
 #include <stdbool.h>
+
+#include "base/pyramid.h"
 
 typedef enum shd_pattern_kind {
     SHD_CHECKER,  /* 0 where floor(s) + floor(t) is even, else 1 */
     SHD_GRID,     /* 1 on lines around whole s and t */
     SHD_GRADIENT, /* s, from 0 to 1 */
     SHD_NOISE,    /* smooth random values at whole (s, t), and octaves of that */
-    SHD_PATTERN_COUNT
+    SHD_PATTERN_COUNT,
+    SHD_PICTURE = SHD_PATTERN_COUNT /* texels, filtered */
 } shd_pattern_kind;
 
-/* What a gradient does beyond [0, 1]. */
+/* What gradients and pictures do beyond [0, 1]. */
 typedef enum shd_wrap { SHD_WRAP_CLAMP, SHD_WRAP_REPEAT, SHD_WRAP_MIRROR } shd_wrap;
 
 typedef struct shd_pattern {
     shd_pattern_kind kind;
     double map[2][3]; /* (s, t) = map (u, v, 1): scaled, then turned, then moved */
-    shd_wrap wrap;    /* gradient; else 0 */
+    shd_wrap wrap;    /* gradient and picture; else 0 */
     double width;     /* of lines, in (0, 1); grid; else 0 */
     int octaves;      /* 1 to 8; noise; else 0 */
+    /* Of a picture, whose lower left corner is (s, t) = (0, 0) and upper right one (1, 1); else
+     * NULL and 0. `channel`: the one that is looked up, 0 to 3, or SHD_ALL_CHANNELS: a color. */
+    const shd_pyramid *picture;
+    int channel;
 } shd_pattern;
+
+enum { SHD_ALL_CHANNELS = -1 };
 
 typedef struct shd_texture {
     shd_pattern pattern;
-    double low[3], high[3]; /* colors of the working space */
+    double low[3], high[3]; /* colors of the working space; of a picture 0 and its tint */
+    const char *name;       /* of the picture, as the document has it; else NULL */
 } shd_texture;
 
 extern const char *const shd_pattern_names[]; /* by kind; ended by NULL */
@@ -39,5 +50,15 @@ static inline bool shd_same_pattern(const shd_pattern *a, const shd_pattern *b) 
                 a->octaves == b->octaves;
     for (int r = 0; r < 2; r++)
         for (int c = 0; c < 3; c++) same = same && a->map[r][c] == b->map[r][c];
-    return same;
+    if (!same || a->kind != SHD_PICTURE) return same;
+    return a->channel == b->channel &&
+           shd_digest_same(&a->picture->texels->key, &b->picture->texels->key);
+}
+
+/* Its colors where the field is least and where it is most. */
+void shd_texture_ends(const shd_texture *texture, double ends[2][3]);
+
+/* How many fields it is: 3 if it gives each component of a color its own. */
+static inline int shd_pattern_fields(const shd_pattern *pattern) {
+    return pattern->channel == SHD_ALL_CHANNELS ? 3 : 1;
 }

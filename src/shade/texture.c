@@ -4,6 +4,7 @@
 #include <stdint.h>
 
 #include "base/vec3.h"
+#include "shade/picture.h"
 
 static double length_of(const double v[2]) {
     return sqrt(v[0] * v[0] + v[1] * v[1]);
@@ -133,8 +134,29 @@ double shd_pattern_mean(const shd_pattern *pattern, const shd_footprint *uv) {
     case SHD_NOISE:
         mean = noise_mean(pattern->octaves, &f);
         break;
-    case SHD_PATTERN_COUNT:
+    case SHD_PICTURE:
         break;
     }
     return shd_smaller(shd_larger(mean, 0), 1);
+}
+
+void shd_texture_mean(const shd_pattern *picture, const shd_footprint *uv, double out[4]) {
+    const shd_footprint f = map_footprint(picture, uv, 1);
+    if (is_usable(&f))
+        shd_picture_mean(picture->picture, picture->wrap, &f, out);
+    else
+        shd_picture_whole(picture->picture, out);
+}
+
+void shd_pattern_means(const shd_pattern *pattern, const shd_footprint *uv, double out[3]) {
+    if (pattern->kind != SHD_PICTURE) {
+        out[0] = shd_pattern_mean(pattern, uv);
+        return;
+    }
+    double texel[4];
+    shd_texture_mean(pattern, uv, texel);
+    if (pattern->channel == SHD_ALL_CHANNELS)
+        for (int c = 0; c < 3; c++) out[c] = texel[c];
+    else
+        out[0] = texel[pattern->channel];
 }

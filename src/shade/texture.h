@@ -1,10 +1,16 @@
-/* What a pattern is to a footprint on a surface's chart: its mean over it. */
+/* What a pattern or a picture is to a footprint on a surface's chart: its mean over it. */
 #pragma once
 
 #include "shade/wave.h"
 
-/* The mean of the field over a footprint of the chart (u, v), in [0, 1]. Checkers, grids and
- * gradients are filtered exactly (wave.h). An octave of noise fades where the footprint is wider
- * than its cells, and a long footprint is walked along in up to 16 steps. Not finite: 1/2. Any
- * thread. */
+/* The mean of a pattern's field over a footprint of the chart (u, v), in [0, 1]. Checkers, grids
+ * and gradients are filtered exactly (wave.h). An octave of noise fades where the footprint is
+ * wider than its cells, and a long footprint is walked along in up to 16 steps. Not finite: 1/2.
+ * Any thread. */
 double shd_pattern_mean(const shd_pattern *pattern, const shd_footprint *uv);
+
+/* The means of all of its fields (shd_pattern_fields), a picture's as picture.h has them. */
+void shd_pattern_means(const shd_pattern *pattern, const shd_footprint *uv, double out[3]);
+
+/* All four channels of a picture. */
+void shd_texture_mean(const shd_pattern *picture, const shd_footprint *uv, double out[4]);

@@ -1,6 +1,7 @@
-/* Patterns in pictures: closed forms, what is reused, and that tiers differ by no more than is
- * said. */
+/* Patterns, and a picture of one: closed forms, what is reused, and that tiers differ by no more
+ * than is said. */
 #include "property/pieces.h"
+#include "property/put_picture.h"
 
 static const char all[] =
     "{\"image\": {\"width\": 64, \"height\": 48, \"samples\": %d}, \"accuracy\": {\"tier\": "
@@ -204,16 +205,21 @@ typedef struct floor_view {
 
 static const double HALF = 0.46630765815499860; /* tan of half the field of view, 50 degrees */
 
-static drawn see_floor(shd_engine *engine, floor_view view, int samples) {
+/* `texture`: a picture of four checks; NULL: they are a pattern. */
+static drawn see_floor(shd_engine *engine, floor_view view, int samples, const char *texture) {
     const double turn = view.turn * 2 * HALF / HIGH;
+    char *color = texture
+                      ? text_of("{\"texture\": \"%s\", \"uv\": {\"scale\": 0.5, \"rotate\": %g}}",
+                                texture, view.angle)
+                      : text_of("{\"pattern\": \"checker\", \"colors\": [0, 1], \"uv\": "
+                                "{\"rotate\": %g}}",
+                                view.angle);
     char *text = text_of(
         "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": %d}, \"lights\": [], \"camera\": "
         "{\"position\": [0, 1, 0], \"target\": [%.17g, 0.4, %.17g], \"fov\": 50}, \"objects\": "
-        "[{\"type\": "
-        "\"plane\", \"material\": {\"diffuse\": 0, \"emissive\": {\"pattern\": \"checker\", "
-        "\"colors\": [0, "
-        "1], \"uv\": {\"rotate\": %g}}}}]}",
-        WIDE, HIGH, samples, 4 * sin(turn), -4 * cos(turn), view.angle);
+        "[{\"type\": \"plane\", \"material\": {\"diffuse\": 0, \"emissive\": %s}}]}",
+        WIDE, HIGH, samples, 4 * sin(turn), -4 * cos(turn), color);
+    free(color);
     drawn d = film_of(engine, text);
     free(text);
     return d;
@@ -249,11 +255,14 @@ static void trace_floor(floor_view view, float *mean, float *span) {
 static void floors_neither_shimmer_nor_grey(void **state) {
     static float mean[WIDE * HIGH], span[WIDE * HIGH];
     static const double angles[] = {20, 45};
+    const put_name checks = put_checks(*state, 64);
     for (int k = 0; k < 2; k++) {
         trace_floor((floor_view){0, angles[k]}, mean, span);
-        for (int samples = 1; samples <= 4; samples += 3) {
-            drawn a = see_floor(*state, (floor_view){0, angles[k]}, samples),
-                  b = see_floor(*state, (floor_view){0.1, angles[k]}, samples);
+        for (int way = 0; way < 3; way++) {
+            const int samples = way == 1 ? 4 : 1;
+            const char *texture = way == 2 ? checks.text : NULL;
+            drawn a = see_floor(*state, (floor_view){0, angles[k]}, samples, texture),
+                  b = see_floor(*state, (floor_view){0.1, angles[k]}, samples, texture);
             double sum = 0, moved = 0, fine = 0;
             int count = 0, horizon = 0;
             while (!(span[horizon * WIDE] > 0)) horizon++;

@@ -279,7 +279,7 @@ static const shd_mesh *find(void *context, const shd_digest *digest) {
 
 static reading read_named(const char *text, bool has_shelf) {
     static int asked;
-    const shd_mesh_shelf shelf = {find, &asked, NULL};
+    const shd_shelf shelf = {.find = find, .context = &asked};
     reading out = {.arena = shd_arena_new(scene_limits.memory)};
     assert_non_null(out.arena);
     shd_report_init(&out.report, out.arena);

@@ -68,6 +68,27 @@ static void mistakes_in_patterns_are_pointed_to(void **state) {
     ASSERT_REFUSED(cases);
 }
 
+static void mistakes_in_pictures_are_pointed_to(void **state) {
+    (void)state;
+    static const refusal cases[] = {
+        {ON("'texture': 'x'"), AT "/texture", "there are no pictures here"},
+        {OBJECT(
+             "'type': 'sphere', 'material': {'lobes': [{'specular': {'texture': 'x', 'uv': {}}}]}"),
+         "/objects/0/material/lobes/0/specular/texture", "there are no pictures here"},
+        {ON("'texture': 3"), AT "/texture", "expected the name of a picture"},
+        {ON("'texture': 'x', 'pattern': 'checker'"), AT "/pattern",
+         "unknown member \"pattern\" of a picture"},
+        {ON("'texture': 'x', 'colors': [0, 1]"), AT "/colors", "unknown member"},
+        {ON("'texture': 'x', 'channel': 'Y'"), AT "/channel", "R, G, B, A"},
+        {ON("'texture': 'x', 'space': 'lin_rec70'"), AT "/space", "did you mean \"lin_rec709\"?"},
+        {ON("'texture': 'x', 'tint': 'mauv'"), AT "/tint", "mauv"},
+        {ON("'texture': 'x', 'tint': [1, 1, 1, 0.5]"), AT "/tint", "alpha"},
+        {ON("'texture': 'x', 'uv': {'wrap': 'tile'}"), AT "/uv/wrap", "clamp, repeat, mirror"},
+        {ON("'pattern': 'checker', 'colors': [0, 1], 'tint': 1"), AT "/tint", "of a checker"},
+    };
+    ASSERT_REFUSED(cases);
+}
+
 static void patterns_need_a_chart_and_colors_that_multiply(void **state) {
     (void)state;
     static const refusal cases[] = {
@@ -98,7 +119,7 @@ static void patterns_and_pictures_have_no_other_place(void **state) {
     (void)state;
 #define PATTERN "{'pattern': 'checker', 'colors': [0, 1]}"
     static const char has_no_place[] = "a pattern has no place here: emissive, ambient,",
-                      no_pictures[] = "pictures are not taken as textures yet";
+                      no_pictures[] = "a picture has no place here: emissive, ambient,";
     static const refusal cases[] = {
         {OBJECT("'type': 'sphere', 'material': {'opacity': " PATTERN "}"),
          "/objects/0/material/opacity/pattern", has_no_place},
@@ -109,10 +130,10 @@ static void patterns_and_pictures_have_no_other_place(void **state) {
         {"{'background': " PATTERN ", 'objects': []}", "/background/pattern", has_no_place},
         {ON("'pattern': 'checker', 'colors': [0, " PATTERN "]"), AT "/colors/1/pattern",
          has_no_place},
-        {ON("'texture': 'x'"), AT "/texture", no_pictures},
-        {OBJECT(
-             "'type': 'sphere', 'material': {'lobes': [{'specular': {'texture': 'x', 'uv': {}}}]}"),
-         "/objects/0/material/lobes/0/specular/texture", no_pictures},
+        {OBJECT("'type': 'sphere', 'material': {'opacity': {'texture': 'x'}}"),
+         "/objects/0/material/opacity/texture", no_pictures},
+        {"{'background': {'texture': 'x'}, 'objects': []}", "/background/texture", no_pictures},
+        {ON("'texture': 'x', 'tint': {'texture': 'x'}"), AT "/tint/texture", no_pictures},
     };
     ASSERT_REFUSED(cases);
 }
@@ -154,6 +175,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(patterns_are_two_colors_and_a_map),
         cmocka_unit_test(mistakes_in_patterns_are_pointed_to),
+        cmocka_unit_test(mistakes_in_pictures_are_pointed_to),
         cmocka_unit_test(patterns_need_a_chart_and_colors_that_multiply),
         cmocka_unit_test(patterns_and_pictures_have_no_other_place),
         cmocka_unit_test(digests_know_patterns),

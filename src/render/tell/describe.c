@@ -64,7 +64,7 @@ static const struct {
            "Three vertices a triangle, counted from 0; where absent, every three vertices are one"},
           {"normals", "array", "null",
            "x, y, z of every vertex's normal; null: each triangle has its own"},
-          {"uvs", "array", "", "u, v of every vertex, for patterns"}}},
+          {"uvs", "array", "", "u, v of every vertex, for patterns and pictures"}}},
     [SHD_SHAPE_COUNT + SHD_TEAPOT] =
         {"Newell's teapot, closed: its body has radius 1 around the y axis, its spout is at +x",
          {{0}}},

@@ -119,6 +119,17 @@ static json_t *tell_noise(const shd_plan *plan, size_t material) {
     return json_pack("{sf sf}", "rms", noise.rms, "max", noise.max);
 }
 
+static json_t *tell_texture(const shd_plan_textures *textures, const shd_plan_slot *slot) {
+    const shd_pattern *pattern = &textures->patterns[slot->pattern];
+    const shd_pyramid *picture = pattern->picture;
+    if (!picture) return json_pack("{ss}", "pattern", shd_pattern_names[pattern->kind]);
+    const shd_texels *texels = picture->texels;
+    const size_t bytes = shd_texels_size(texels) + shd_pyramid_size(texels);
+    return json_pack("{ss sI sI sI sI}", "texture", slot->name, "width", (json_int_t)texels->width,
+                     "height", (json_int_t)texels->height, "levels", (json_int_t)picture->count,
+                     "bytes", (json_int_t)bytes);
+}
+
 /* NULL: the material has no patterns. */
 static json_t *tell_patterns(const shd_plan_material *material) {
     const shd_plan_textures *textures = material->textures;
@@ -130,8 +141,8 @@ static json_t *tell_patterns(const shd_plan_material *material) {
                          : slot->of == SHD_SLOT_AMBIENT ? "ambient"
                          : slot->term                   ? "specular"
                                                         : "diffuse";
-        json_t *told = json_pack("{ss ss}", "coefficient", of, "pattern",
-                                 shd_pattern_names[textures->patterns[slot->pattern].kind]);
+        json_t *told = tell_texture(textures, slot);
+        json_object_set_new(told, "coefficient", json_string(of));
         if (slot->of == SHD_SLOT_TERM && slot->term)
             json_object_set_new(told, "lobe", json_integer((json_int_t)slot->term - 1));
         json_array_append_new(list, told);

@@ -87,9 +87,10 @@ static shd_status choose(const shd_request *request, const char *name, seeing *s
                             "its material mirrors or lets light through: a fit takes what lights "
                             "show on it, without `depth` in `trace`");
     if (shd_is_textured(m))
-        return shd_fail(error, SHD_SCENE, "/object",
-                        "its material has a pattern: a fit finds coefficients that are the same "
-                        "everywhere");
+        return shd_fail(
+            error, SHD_SCENE, "/object",
+            "its material has a pattern or a picture: a fit finds coefficients that are the same "
+            "everywhere");
     for (size_t j = 0; j < scene->light_count; j++)
         if (scene->lights[j].type == SHD_LIGHT_ENVIRONMENT)
             return shd_fail(error, SHD_SCENE, "/lights",

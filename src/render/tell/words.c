@@ -71,7 +71,8 @@ static void say_bound(json_t *words, const shd_plan *plan, shd_metric metric, co
 }
 
 const char *shd_no_shown_bound(const shd_plan *plan) {
-    if (plan->textured) return "patterns make colors that are darker than bounds of codes know";
+    if (plan->textured)
+        return "patterns and pictures make colors that are darker than bounds of codes know";
     return plan->point_off > 0 ? "lights with a shape are taken for points"
            : plan->glows       ? "environments are read from tables"
                                : "an output's colors are no curve of a matrix";
@@ -200,7 +201,7 @@ static void say_objects(json_t *words, const shd_plan *plan) {
         say_line(words, "Of %zu pairs of an object and a light, %zu matter.", most, pairs);
     if (plan->split_positions)
         say_line(words, "Positions keep more digits than f32 has: %s.",
-                 plan->textured ? "patterns are found by them"
+                 plan->textured ? "patterns and pictures are found by them"
                                 : "a light is near an object, or steep");
 }
 

@@ -125,6 +125,9 @@ static void put_textures(hash *h, const shd_plan_textures *textures) {
         put_bytes(h, counts, sizeof counts);
         put_numbers(h, &p->map[0][0], 6);
         put_numbers(h, &p->width, 1);
+        if (!p->picture) continue;
+        put_bytes(h, p->picture->texels->key.bytes, sizeof p->picture->texels->key.bytes);
+        put_count(h, (uint64_t)p->channel);
     }
 }
 

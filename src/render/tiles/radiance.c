@@ -82,9 +82,8 @@ static void add_slots(const shd_plan_material *material, const shd_part *p, bool
     for (size_t e = 0; e < material->textures->slot_count; e++) {
         const shd_plan_slot *slot = &material->textures->slots[e];
         if (!has_slot(p, slot)) continue;
-        const double w = weights[slot->pattern][i];
         double color[3];
-        for (int c = 0; c < 3; c++) color[c] = slot->rise[c] * w;
+        for (int c = 0; c < 3; c++) color[c] = slot->rise[c] * weights[slot->field[c]][i];
         if (slot->of == SHD_SLOT_TERM)
             add_exact(color, grey, sums + 3 * slot->term, i, radiance);
         else

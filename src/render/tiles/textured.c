@@ -82,8 +82,14 @@ void shd_textured_weigh(const shd_scenery *scenery, const shd_plan_textures *tex
         const shd_charted_point point = point_of(plan, hits, first + i);
         const shd_seen_by ray = see_point(&plane, point.position, s->sample[hits->shot[first + i]]);
         const shd_footprint uv = shd_chart_footprint(&chart, &point, &ray);
-        for (size_t p = 0; p < textures->pattern_count; p++)
-            s->weights[p][i] = shd_pattern_mean(&textures->patterns[p], &uv);
+        size_t field = 0;
+        for (size_t p = 0; p < textures->pattern_count; p++) {
+            const shd_pattern *pattern = &textures->patterns[p];
+            const int fields = shd_pattern_fields(pattern);
+            double means[3];
+            shd_pattern_means(pattern, &uv, means);
+            for (int c = 0; c < fields; c++) s->weights[field++][i] = means[c];
+        }
     }
 }
 
@@ -93,8 +99,8 @@ void shd_textured_sums(const shd_scenery *scenery, const shd_plan_material *mate
     const int channels = plan->grey_lights ? 1 : 3;
     for (size_t e = 0; e < material->textures->slot_count; e++) {
         const shd_plan_slot *slot = &material->textures->slots[e];
-        const double *w = s->weights[slot->pattern];
         for (int c = 0; c < channels; c++) {
+            const double *w = s->weights[slot->field[c]];
             float *out = s->sums[shd_sum_of(plan, plane, 1 + material->lobe_count + e, c)] + first;
             const float *sum = s->sums[shd_sum_of(plan, plane, slot->term, c)] + first;
             if (slot->of == SHD_SLOT_TERM)

@@ -28,7 +28,7 @@ static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_sc
     s->run_capacity = classes < SHD_CHUNK ? classes : SHD_CHUNK;
     s->runs = shd_scratch_take(memory, s->run_capacity, sizeof *s->runs);
     if (plan->tier == SHD_EXACT) s->exact = shd_scratch_rows64(memory, rows, length);
-    if (plan->textured) s->weights = shd_scratch_rows64(memory, plan->max_patterns, length);
+    if (plan->textured) s->weights = shd_scratch_rows64(memory, plan->max_fields, length);
     s->sums = shd_scratch_rows32(memory, shd_sum_of(plan, plan->plane_count, 0, 0), length);
     s->outs = shd_scratch_take(memory, rows, sizeof *s->outs);
     if (plan->scene->transparent && plan->scene->trace.depth)
