@@ -93,6 +93,7 @@ static void apply_alpha_mode(const struct aiMaterial *m, shd_model_material *out
     float cutoff = 0.5f;
     if (aiGetMaterialString(m, ALPHA_MODE, &mode) != aiReturn_SUCCESS) return;
     get_float(m, ALPHA_CUTOFF, &cutoff);
+    out->cut_out = strcmp(mode.data, "OPAQUE") != 0;
     if (!strcmp(mode.data, "OPAQUE"))
         out->opacity = 1;
     else if (!strcmp(mode.data, "MASK"))

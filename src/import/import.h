@@ -29,6 +29,7 @@ typedef struct shd_import_texture {
     const shd_model_map *map;
     const shd_model_picture *picture;
     double mean[3]; /* of the picture, or 1: the coefficient over this is the picture's factor */
+    double most;    /* what that is cut to */
 } shd_import_texture;
 
 /* A material in our terms. */

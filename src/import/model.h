@@ -74,6 +74,7 @@ typedef struct shd_model_material {
     uint32_t kind;
     uint32_t unlit;
     int32_t illum;          /* MTL */
+    uint32_t cut_out;       /* glTF: alpha counts, that of the base color's picture too */
     uint32_t strength_lost; /* a factor of `emissive`, because the file has it for another one */
     /* MTL: Ka, Kd, Ks, Ke, Tf, Ns, d, Ni. */
     float ambient[3], diffuse[3], specular[3], emissive[3], through[3];

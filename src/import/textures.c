@@ -1,4 +1,5 @@
 /* What materials take of pictures. */
+#include <math.h>
 #include <string.h>
 
 #include "base/format.h"
@@ -84,6 +85,9 @@ static void give_texture(const shd_model_material *from, shd_model_map_kind kind
     }
     out->textures[kind] = *texture;
     if (kind != SHD_MAP_DIFFUSE) return;
+    /* What rough facets scatter is in it, which is not all of the base color: where that is bright,
+     * the factor would make it more than there is. */
+    if (from->kind == SHD_MODEL_METAL_ROUGH) out->textures[kind].most = 1;
     if (!is_mtl) out->textures[SHD_MAP_AMBIENT] = *texture;
     /* A metal mirrors its base color, which only Phong's lobes can take from a picture. */
     if (from->kind == SHD_MODEL_METAL_ROUGH && from->metallic > 0.5f &&
@@ -110,7 +114,7 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
             why = find_obstacle(w, index, map, picture);
         }
         if (!why) {
-            taken[kind] = (shd_import_texture){map, picture, {mean[0], mean[1], mean[2]}};
+            taken[kind] = (shd_import_texture){map, picture, {mean[0], mean[1], mean[2]}, HUGE_VAL};
             continue;
         }
         const bool stands_in = kind < SHD_MAP_COLORS && picture->measured;
@@ -118,6 +122,9 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
                  stands_in ? " but for its mean" : "", why);
         note_picture(w, name, picture->name, text);
     }
+    const shd_model_picture *base = picture_of(w, &from->maps[SHD_MAP_DIFFUSE]);
+    if (base && from->cut_out && base->measured && base->mean[3] < 1)
+        note_picture(w, name, base->name, "the alpha of its base color is left out");
     take_metal_rough(w, name, &even);
     if (from->strength_lost)
         shd_import_note(w->options,
@@ -155,7 +162,7 @@ bool shd_put_texture(shd_scene_writer *w, const shd_import_texture *texture, con
     char *digits;
     double tint[3];
     if (!keep_picture(w, texture, &digits)) return false;
-    for (int c = 0; c < 3; c++) tint[c] = rgb[c] / texture->mean[c];
+    for (int c = 0; c < 3; c++) tint[c] = fmin(rgb[c] / texture->mean[c], texture->most);
     w->textured = true;
     fprintf(w->out, "{\"texture\": \"sha256-%s\"", digits);
     if (!shd_format_get(format)->linear) fputs(", \"space\": \"sRGB\"", w->out);

@@ -338,6 +338,101 @@ class Textures(Case):
         self.assertEqual(self.shade("check", "scene.json").returncode, 0)
 
 
+    def kept(self, coefficient):
+        """What a coefficient's picture is in the folder."""
+        return (self.folder / "assets" / f"{coefficient['texture'].removeprefix('sha256-')}.png").read_bytes()
+
+    def test_gltf_pictures_are_named_by_their_digest(self):
+        scene, said = self.load("model.gltf", textured(), "--assets", "assets")
+        self.assertIn("/v1/assets/", said)
+        self.assertNotIn("left out", said)
+        wood = scene["materials"]["wood"]
+        self.assertEqual(wood["ambient"], {"texture": "sha256-" + hashlib.sha256(LEFT_RED).hexdigest(),
+                                           "space": "sRGB", "tint": [1, 1, 1], "uv": {"wrap": "repeat"}})
+        self.assertEqual({**wood["diffuse"], "tint": [1, 1, 1]}, wood["ambient"])
+        self.assertTrue(0.9 < min(wood["diffuse"]["tint"]) <= max(wood["diffuse"]["tint"]) < 1)
+        self.assertEqual(self.kept(wood["diffuse"]), LEFT_RED)
+        material = {"name": "gold", "pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.25, 1],
+                                                             "baseColorTexture": {"index": 0}, "roughnessFactor": 0.4}}
+        scene, _ = self.load("model.gltf", textured(material), "--assets", "assets", "--phong")
+        gold = scene["materials"]["gold"]
+        for lobe in (gold, *gold["lobes"]):
+            red, green, blue = lobe["specular"]["tint"]
+            np.testing.assert_allclose([green / red, blue / red], [0.5, 0.25], rtol=1e-6)
+        scene, _ = self.load("model.gltf", textured(material), "--assets", "assets")
+        self.assertEqual(scene["materials"]["gold"]["fresnel"]["f0"], [0.5, 0.25, 0.125])
+
+    def test_pictures_are_seen_upright(self):
+        material = {"name": "wood", "extensions": {"KHR_materials_unlit": {}},
+                    "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+        scene, _ = self.load("model.gltf", textured(material, samplers=[{"wrapS": 33071, "wrapT": 33071}]),
+                             "--assets", "assets")
+        scene["camera"] = {"type": "orthographic", "position": [0.5, 0.5, 4], "target": [0.5, 0.5, 0], "height": 1}
+        scene["image"] = {"width": 8, "height": 8, "samples": 1}
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        done = self.shade("render", "scene.json", "-o", "out.png", "--assets", "assets")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        with Image.open(self.folder / "out.png") as image:
+            seen = np.asarray(image.convert("RGB"))
+        self.assertEqual(seen[::7, ::7].tolist(), [[[255, 0, 0], [0, 0, 255]], [[0, 255, 0], [255, 255, 255]]])
+
+    def test_gltf_places_pictures(self):
+        offset, turn, scale = [0.1, 0.2], 0.3, [2, 3]
+        info = {"index": 0, "extensions": {"KHR_texture_transform": {"offset": offset, "rotation": turn, "scale": scale}}}
+        material = {"name": "wood", "emissiveFactor": [1, 0.5, 0.25], "emissiveTexture": info}
+        scene, _ = self.load("model.gltf", textured(material, samplers=[{"wrapS": 33648, "wrapT": 33648}],
+                                                    extensionsUsed=["KHR_texture_transform"]), "--assets", "assets")
+        glow = scene["materials"]["wood"]["emissive"]
+        self.assertEqual((glow["tint"], glow["uv"]["wrap"]), ([1, 0.5, 0.25], "mirror"))
+        ours, c, s = glow["uv"], math.cos(turn), math.sin(turn)
+        turned, dx, dy = math.radians(ours["rotate"]), *ours["offset"]
+        for u, v in ((0, 0), (1, 0), (0, 1), (0.3, 0.8)):
+            p, q = u * scale[0], (1 - v) * scale[1]  # downward, as there: counterclockwise from u is up
+            wanted = (p * c + q * s + offset[0], 1 - (-p * s + q * c + offset[1]))
+            a, b = u * ours["scale"][0], v * ours["scale"][1]
+            got = (a * math.cos(turned) - b * math.sin(turned) + dx, a * math.sin(turned) + b * math.cos(turned) + dy)
+            np.testing.assert_allclose(got, wanted, atol=1e-6)
+
+    def test_what_cannot_be_taken_is_told(self):
+        info = {"index": 0, "texCoord": 1}
+        for words, data in (
+                ("in one way across", textured(samplers=[{"wrapS": 33648, "wrapT": 33071}])),
+                ("other coordinates", textured({"name": "wood", "emissiveFactor": [1, 1, 1], "emissiveTexture": info})),
+                ("no coordinates", textured(uvs=[math.nan] * 8)),
+                ("no format that is read here", textured(images=[b"GIF89a" + bytes(100)])),
+                ("its normals is left out", textured({"name": "wood", "normalTexture": {"index": 0}}))):
+            scene, said = self.load("model.gltf", data, "--assets", "assets")
+            self.assertIn(words, said)
+            self.assertNotIn("texture", json.dumps(scene["materials"]))
+            self.assertEqual(list((self.folder / "assets").iterdir()), [])
+            self.assertEqual(self.shade("check", "scene.json").returncode, 0)
+
+    def test_alpha_of_pictures_is_told(self):
+        clear = picture([[1, 2, 3, 255], [1, 2, 3, 0]])
+        for mode, told in ("OPAQUE", False), ("MASK", True), ("BLEND", True):
+            material = {"name": "leaf", "alphaMode": mode, "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+            _, said = self.load("model.gltf", textured(material, images=[clear]))
+            self.assertEqual("alpha of its base color is left out: picture-0" in said, told)
+
+    def test_mtl_names_files(self):
+        (self.folder / "a b.png").write_bytes(LEFT_RED)
+        (self.folder / "c.png").write_bytes(HALF_METAL)
+        (self.folder / "model.mtl").write_text(
+            "newmtl a\nKa 1 1 1\nKd 0.5 1 1\nKs 1 1 1\nKe 1 1 1\nNs 9\nillum 2\nmap_Kd -clamp on a b.png\nmap_Ks C:\\x\\c.png\n"
+            "map_Ke c.png\nmap_Ka /etc/hostname\nmap_d model.mtl\nnewmtl b\nKd 1 1 1\nillum 0\nmap_Kd c.png\n")
+        faces = "mtllib model.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n"
+        scene, said = self.load("model.obj", faces + "usemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 1/1 2/2 3/3\n",
+                                "--assets", "assets")
+        self.assertIn("ambient color is left out, because it cannot be read: /etc/hostname", said)
+        self.assertIn("opacity is left out", said)
+        a, b = scene["materials"]["a"], scene["materials"]["b"]
+        self.assertEqual((self.kept(a["diffuse"]), a["diffuse"]["tint"]), (LEFT_RED, [0.5, 1, 1]))
+        self.assertEqual((self.kept(a["specular"]), a["specular"]["tint"], a["shininess"]), (HALF_METAL, [1, 1, 1], 9))
+        self.assertEqual((self.kept(a["emissive"]), a["diffuse"]["uv"]), (HALF_METAL, {"wrap": "clamp"}))
+        self.assertEqual((a["ambient"], b["diffuse"], self.kept(b["emissive"])), ([1, 1, 1], [0, 0, 0], HALF_METAL))
+        self.assertEqual(len(list((self.folder / "assets").iterdir())), 2)
+
+
 # ---- How near the fits are ----
 
 def srgb(linear):
@@ -444,7 +539,8 @@ class Hostile(Case):
     def test_mutants_never_crash(self):
         """A reader that crashes does so alone: an error of one line, and status 1."""
         chance = random.Random(16)
-        kinds = [("a.obj", OBJ.encode()), ("a.gltf", embedded()), ("a.glb", glb()), ("a.ply", PLY), ("a.stl", STL)]
+        kinds = [("a.obj", OBJ.encode()), ("a.gltf", embedded()), ("a.glb", glb()), ("a.ply", PLY), ("a.stl", STL),
+                 ("b.gltf", textured().encode())]
         for round_ in range(1 if SANITIZED else 4):
             for name, data in kinds:
                 mutant = bytearray(data)
@@ -458,12 +554,14 @@ class Hostile(Case):
                     else:
                         mutant[at:at] = mutant[max(0, at - 40):at]
                 (self.folder / name).write_bytes(mutant)
-                done = self.shade("import", name, "-o", "scene.json")
+                done = self.shade("import", name, "-o", "scene.json", "--assets", "assets")
                 self.assertIn(done.returncode, (0, 1), (name, round_, done.stderr))
                 if done.returncode:
                     self.assertRegex(done.stderr, rf"(?m)^shade: cannot import '{name}': ")
                 else:
-                    self.assertEqual(self.shade("check", "scene.json").returncode, 0, (name, round_))
+                    checked = self.shade("check", "scene.json", "--assets", "assets")
+                    # Nothing is told of a picture that is damaged behind its head.
+                    self.assertTrue(checked.returncode == 0 or "picture" in checked.stderr, (name, round_, checked.stderr))
 
     @unittest.skipIf(SANITIZED, "sanitizers have limits of their own")
     def test_deep_nodes_end_the_reader_alone(self):
