@@ -36,7 +36,9 @@ static void note_picture(const shd_scene_writer *w, const char *material, shd_sp
 static const char *find_obstacle(const shd_scene_writer *w, size_t material,
                                  const shd_model_map *map, const shd_model_picture *picture) {
     if (!picture->bytes.count) return "it cannot be read";
-    if (format_of(w, picture) == SHD_FORMAT_COUNT) return "it has no format that is read here";
+    const shd_format format = format_of(w, picture);
+    if (format == SHD_FORMAT_COUNT) return "it has no format that is read here";
+    if (!picture->measured && !shd_format_takes_oiio(format)) return "it is damaged or too large";
     if (!w->options->picture) return "there is no --assets FOLDER for it";
     if (w->material_bare[material]) return "a mesh has no coordinates for it";
     if (map->channel) return "it follows other coordinates than the first";
