@@ -20,9 +20,11 @@ typedef struct brought {
 static brought find_brought(const shd_plan *plan, size_t object) {
     const shd_coefficients k = shd_coefficients_of(plan, object);
     brought b = {{0, 0, 0}};
+    const bool varies = plan->materials[plan->objects[object].material].from->opacity_texture;
     for (size_t c = 0; c < k.count; c++) {
-        b.by[0] = shd_larger(fabs(k.opacity[c] * k.reflection[c]), b.by[0]);
-        b.by[1] = shd_larger(fabs(k.opacity[c] * k.transmission[c]), b.by[1]);
+        const double most = varies ? 1 : k.opacity[c];
+        b.by[0] = shd_larger(fabs(most * k.reflection[c]), b.by[0]);
+        b.by[1] = shd_larger(fabs(most * k.transmission[c]), b.by[1]);
         b.by[2] = shd_larger(fabs(1 - k.opacity[c]), b.by[2]);
     }
     return b;

@@ -18,6 +18,8 @@
  */
 #include "plan/peaks.h"
 
+#include "plan/spread.h"
+
 shd_peak shd_peak_of(const shd_plan_material *m, size_t term) {
     if (m->model == SHD_MODEL_WESTIN) return (shd_peak){m->table ? m->table->most : 2900, 1.001};
     if (term == 0) {
@@ -27,7 +29,12 @@ shd_peak shd_peak_of(const shd_plan_material *m, size_t term) {
     }
     if (m->model == SHD_MODEL_COOK_TORRANCE) return (shd_peak){INFINITY, 1};
     const double n = m->lobes[term - 1].shininess, phong = 2 / (n + 1), factor = (n + 2) / 2;
-    if (m->model == SHD_MODEL_PHONG_NORMALIZED) return (shd_peak){factor, factor * phong};
+    if (m->model == SHD_MODEL_PHONG_NORMALIZED) {
+        /* (n' + 2) / (n' + 1) is largest of the widest lobe. Those of others are as before: (n' +
+         * 1) / (n + 1) times 2 / (n' + 1). */
+        const double widest = m->antialiased ? shd_widest(m->model, n) : n;
+        return (shd_peak){factor, (widest + 2) / 2 * (2 / (widest + 1))};
+    }
     return (shd_peak){1, m->model == SHD_MODEL_BLINN_PHONG ? shd_smaller(4 * phong, 2) : phong};
 }
 
@@ -77,6 +84,12 @@ static double most_seen(const shd_light *shape, double nearest) {
     return 2 / (away * away * (1 + sqrt((1 - sine) * (1 + sine))));
 }
 
+/* 4 m^2 e^(1 / m^2 - 2) and 1 / m^2 are largest at either end of what widened lobes have. */
+static double facets_most(const shd_plan_material *m, double roughness) {
+    const double own = shd_facets_most(roughness);
+    return m->antialiased ? shd_larger(own, shd_facets_most(shd_widest(m->model, roughness))) : own;
+}
+
 double shd_shape_most_at(const shd_light *shape, const shd_plan_material *m, size_t term,
                          const shd_stance *at) {
     shd_peak peak = shd_peak_of(m, term);
@@ -84,7 +97,7 @@ double shd_shape_most_at(const shd_light *shape, const shd_plan_material *m, siz
         const double by_view = at->view > 0 ? 1 / at->view : INFINITY,
                      by_half = at->half > 0 ? 2 / at->half : INFINITY,
                      mirrored = shd_mirrored_most(m, at->half);
-        peak.most = mirrored * shd_facets_most(m->lobes[term - 1].shininess) *
+        peak.most = mirrored * facets_most(m, m->lobes[term - 1].shininess) *
                     shd_smaller(by_view, by_half) / 4;
         peak.whole *= mirrored;
     }

@@ -126,6 +126,15 @@ static bool is_extended(const shd_scene *scene, const shd_plan_light *lights, si
     return false;
 }
 
+/* Whether highlights of the object are widened where it bends. */
+static bool widens(const shd_scene *scene, const shd_object *object) {
+    const shd_material *m = &scene->materials[object->material];
+    bool shines = false;
+    if (!m->antialiased || !shd_is_curved(object)) return false;
+    for (size_t k = 0; k < m->lobe_count; k++) shines |= !shd_is_black(m->lobes[k].specular);
+    return shines;
+}
+
 /* Makes the lists of lights and everything that follows from them. */
 static bool arrange_lights(shd_plan *plan, const shd_plan_light *lights, size_t count,
                            uint8_t *drops, shd_arena *arena) {
@@ -133,6 +142,16 @@ static bool arrange_lights(shd_plan *plan, const shd_plan_light *lights, size_t 
     find_greys(plan);
     shd_plan_frame(plan);
     return shd_plan_sheets(plan, arena) && shd_plan_term_colors(plan, arena);
+}
+
+/* Scenes all of whose objects are flat know nothing of it. */
+static void note_antialiased(shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    for (size_t i = 0; i < scene->object_count; i++) {
+        if (!widens(scene, &scene->objects[i])) continue;
+        plan->antialiased = true;
+        plan->bent_meshes |= scene->objects[i].shape == SHD_MESH;
+    }
 }
 
 static void note_textures(shd_plan *plan, const shd_plan_textures *textures) {
@@ -157,6 +176,8 @@ static bool make_materials(shd_plan *plan, const double ambient[3], double (*bin
         if (lobes > plan->max_lobes) plan->max_lobes = lobes;
         if (terms > plan->max_terms) plan->max_terms = terms;
         if (materials[i].textures) note_textures(plan, materials[i].textures);
+        materials[i].antialiased =
+            plan->antialiased && scene->materials[i].antialiased && lobes > 0;
     }
     plan->materials = materials;
     for (size_t i = 0; plan->textured && i < scene->object_count; i++)
@@ -194,7 +215,8 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
         }
     }
     if (!shd_plan_light_bins(plan, lights, count, arena)) return false;
-    plan->extended = is_extended(scene, lights, count);
+    note_antialiased(plan);
+    plan->extended = plan->antialiased || is_extended(scene, lights, count);
     if (!plan_planes(scene, arena, plan) || !make_materials(plan, ambient, bins, arena) ||
         !arrange_lights(plan, lights, count, drops, arena))
         return false;

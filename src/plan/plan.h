@@ -67,6 +67,7 @@ typedef struct shd_plan_material {
     const shd_plan_lobe *lobes; /* those that are not black */
     size_t lobe_count;
     bool front_only;
+    bool antialiased; /* lobes are widened where objects bend (shade/bend.h) */
     shd_model model;
     const shd_material *from;      /* what of it only extended scenes have */
     const shd_table_limits *table; /* of its microgeometry; NULL: none, or not simulated yet */
@@ -132,6 +133,8 @@ typedef struct shd_plan {
     bool textured;     /* some object has a pattern or a picture */
     bool hued;         /* and one of these has another field for each component of a color */
     bool charted;      /* and one of these is a mesh, so that hits tell of triangles */
+    bool antialiased;  /* some object's highlights are widened where it bends */
+    bool bent_meshes;  /* and one of these is a mesh, so that hits tell of triangles */
     const shd_plan_object *objects; /* as shd_scene.objects */
     const shd_plan_group *groups;
     size_t group_count;

@@ -44,7 +44,7 @@ static bool same_color(const double a[3], const double b[3]) {
 /* Whether they are equal in what only extended scenes have. */
 static bool same_extension(const shd_plan_material *x, const shd_plan_material *y) {
     const shd_material *a = x->from, *b = y->from;
-    return a->model == b->model && a->sigma == b->sigma &&
+    return a->model == b->model && a->sigma == b->sigma && a->antialiased == b->antialiased &&
            !memcmp(&a->fresnel, &b->fresnel, sizeof a->fresnel) &&
            same_color(a->opacity, b->opacity) && same_color(a->reflection, b->reflection) &&
            same_color(a->transmission, b->transmission) && a->ior == b->ior &&

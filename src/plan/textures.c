@@ -82,6 +82,7 @@ bool shd_plan_textures_make(const double ambient[3], shd_arena *arena,
     m.out->low = low;
     m.out->slots = m.slots;
     m.out->patterns = m.patterns;
-    if (m.out->slot_count) material->textures = m.out;
+    m.out->opacity = from->opacity_texture;
+    if (m.out->slot_count || m.out->opacity) material->textures = m.out;
     return true;
 }

@@ -28,6 +28,7 @@ typedef struct shd_plan_textures {
     const shd_pattern *patterns; /* each once */
     size_t pattern_count, field_count;
     const shd_plan_material *low; /* the material in its low colors */
+    const shd_texture *opacity;   /* NULL: it is one color */
     bool grey;                    /* channels are equal in all of their colors */
     bool negative;                /* some color has a component below 0 */
     bool hued;                    /* some pattern gives each component its own field */

@@ -107,6 +107,7 @@ static void put_extension(sink *s, const shd_material *m) {
         put_numbers(s, m->fresnel.n, 3);
         put_numbers(s, m->fresnel.k, 3);
     }
+    if (m->antialiased) put_count(s, SIZE_MAX - 16);
     const shd_microgeometry *micro = m->microgeometry;
     if (micro) {
         put_count(s, micro->type);
@@ -142,6 +143,7 @@ static void put_textures(sink *s, const shd_material *m) {
     put_texture(s, m->emissive_texture, 0);
     put_texture(s, m->ambient_texture, 1);
     put_texture(s, m->diffuse_texture, 2);
+    put_texture(s, m->opacity_texture, SIZE_MAX);
     for (size_t k = 0; m->lobe_textures && k < m->lobe_count; k++)
         put_texture(s, m->lobe_textures[k], 3 + k);
 }

@@ -23,11 +23,19 @@ typedef struct shd_named_material {
 
 /* An entry of `meshes`. */
 typedef struct shd_shared_mesh {
-    const char *name;     /* the document's */
+    const char *name;     /* the arena's */
     const shd_mesh *mesh; /* NULL: it is wrong, or not kept */
     shd_mesh *own;        /* the same, if the document has its arrays */
     bool used;            /* by an object */
 } shd_shared_mesh;
+
+/* `materials` or `meshes`: structs of `size` bytes that begin with their name, and sorted by it
+ * once all are read. */
+typedef struct shd_entries {
+    void *list; /* the arena's */
+    size_t size, count;
+    bool unknown; /* the member is not an object */
+} shd_entries;
 
 /* A mesh or a picture that is not kept. */
 typedef struct shd_missing {
@@ -61,12 +69,8 @@ typedef struct shd_reader {
     const struct shd_field *field; /* the one that is read */
     unsigned seen, wrong; /* marks of the fields that shd_read_fields found there, or wrong */
 
-    shd_named_material *named; /* `materials`, sorted by name */
-    size_t named_count;
-    bool names_unknown;      /* `materials` is not an object */
-    shd_shared_mesh *shared; /* `meshes`, sorted by name once they are read */
-    size_t shared_count;
-    bool shared_unknown;  /* `meshes` is not an object */
+    shd_entries named;    /* shd_named_material */
+    shd_entries shared;   /* shd_shared_mesh */
     size_t *presets_used; /* as shd_named_material.used, for each preset of the library */
     size_t default_used;  /* the same for objects without a material */
     shd_material *materials;
@@ -192,8 +196,10 @@ void shd_finish_surroundings(shd_reader *r, const shd_node *node, shd_light *lig
 void shd_check_surroundings(shd_reader *r, const shd_node *node);
 
 shd_field_read shd_read_trace;   /* shd_trace */
-shd_field_read shd_read_opacity; /* double[3], a material's */
-shd_field_read shd_read_bounced; /* double[3]: its reflection or transmission */
+shd_field_read shd_read_switch;  /* bool */
+shd_field_read shd_read_opacity; /* double[3], a material's: the least, if it is a texture */
+shd_field_read shd_read_opacity_texture; /* the same of one */
+shd_field_read shd_read_bounced;         /* double[3]: its reflection or transmission */
 
 /* Whether the material has what only rays show. */
 bool shd_is_rayed(const shd_material *material);
@@ -209,6 +215,18 @@ void shd_share_budget(shd_scene *scene);
 
 shd_field_read shd_read_materials; /* r->named */
 shd_field_read shd_read_meshes;    /* r->shared */
+
+/* Reads members of an object as entries of `size` bytes: read_one() gets each with its name alone
+ * set. `what`: "materials". */
+typedef void shd_read_entry(shd_reader *r, const shd_node *node, void *entry);
+void shd_read_entries(shd_reader *r, const shd_node *node, const char *what, size_t size,
+                      shd_read_entry *read_one, shd_entries *out);
+
+/* NULL: there is none of that name. */
+void *shd_find_entry(const shd_entries *entries, const char *name);
+
+/* The first names, at most `most`, for shd_suggest(); how many. */
+size_t shd_name_entries(const shd_entries *entries, const char **names, size_t most);
 
 /* The mesh of `meshes` that an object names. NULL: there is none, which is an error, or that one is
  * wrong itself. */

@@ -130,13 +130,15 @@ static bool is_misplaced(shd_reader *r, const shd_node *node) {
     const shd_node pattern = shd_node_member(node, "pattern"),
                    texture = shd_node_member(node, "texture");
     if (pattern.value)
-        shd_wrong(r, &pattern,
-                  "a pattern has no place here: emissive, ambient, diffuse, specular and the "
-                  "specular of lobes may be patterns");
+        shd_wrong(
+            r, &pattern,
+            "a pattern has no place here: emissive, ambient, diffuse, specular, the specular of "
+            "lobes and opacity may be patterns");
     else if (texture.value)
-        shd_wrong(r, &texture,
-                  "a picture has no place here: emissive, ambient, diffuse, specular and the "
-                  "specular of lobes may be pictures");
+        shd_wrong(
+            r, &texture,
+            "a picture has no place here: emissive, ambient, diffuse, specular, the specular of "
+            "lobes and opacity may be pictures");
     return pattern.value || texture.value;
 }
 

@@ -1,5 +1,4 @@
 /* Materials: written in `materials`, at an object, or taken from the library by name. */
-#include <stdlib.h>
 #include <string.h>
 
 #include "scene/library.h"
@@ -22,6 +21,7 @@ typedef struct raw_lobes {
 
 typedef struct raw_material {
     int model, side;
+    bool antialiased;
     double emissive[3], ambient[3], diffuse[3];
     shd_lobe first;
     raw_lobes further;
@@ -34,6 +34,7 @@ typedef struct raw_material {
     const shd_curve *emissive_curve, *ambient_curve, *diffuse_curve, *specular_curve;
     const shd_curve *opacity_curve, *reflection_curve, *transmission_curve;
     const shd_texture *emissive_texture, *ambient_texture, *diffuse_texture, *specular_texture;
+    const shd_texture *opacity_texture;
 } raw_material;
 
 /* ---- The library ---- */
@@ -42,9 +43,7 @@ typedef struct raw_material {
 static shd_hint suggest_material(shd_reader *r, const char *name, bool with_named) {
     enum { MOST = 512 };
     const char *names[MOST];
-    size_t count = 0;
-    for (size_t i = 0; with_named && i < r->named_count && count < MOST / 2; i++)
-        names[count++] = r->named[i].name;
+    size_t count = with_named ? shd_name_entries(&r->named, names, MOST / 2) : 0;
     const shd_node none = {0};
     const shd_library *library;
     shd_reach_library(r, &none, &library);
@@ -188,34 +187,53 @@ static const shd_field material_fields[] = {
     {"fresnel", shd_read_fresnel, AT(fresnel), .kinds = FACETS},
     {"microgeometry", shd_read_microgeometry, AT(microgeometry), WESTIN, .mark = MICRO},
     {"side", shd_read_choice, AT(side), .choices = sides},
-    {"opacity", shd_read_opacity, AT(opacity), .mark = OPACITY, .curve = AT(opacity_curve)},
+    {"specularAntialiasing", .read = shd_read_switch, .offset = AT(antialiased),
+     .kinds = SHINY | FACETS | 1 << BARE},
+    {"opacity", shd_read_opacity, AT(opacity), .mark = OPACITY, .curve = AT(opacity_curve),
+     .texture = AT(opacity_texture)},
     {"reflection", shd_read_bounced, .offset = AT(reflection), .curve = AT(reflection_curve)},
     {"transmission", shd_read_bounced, .offset = AT(transmission), .curve = AT(transmission_curve)},
     {"ior", shd_read_number, AT(ior), .range = &shd_positive},
 };
 
+/* All lobes, the first among them. */
+typedef struct made_lobes {
+    shd_lobe *lobes;
+    const shd_curve **curves;
+    const shd_texture **textures;
+    bool textured;
+} made_lobes;
+
+/* False: memory is short. */
+static bool make_lobes(shd_reader *r, const raw_material *raw, made_lobes *out) {
+    const size_t further = raw->further.count;
+    *out = (made_lobes){.lobes = shd_take(r, 1 + further, sizeof *out->lobes),
+                        .curves = shd_take(r, 1 + further, sizeof *out->curves),
+                        .textures = shd_take(r, 1 + further, sizeof *out->textures),
+                        .textured = raw->specular_texture};
+    if (!out->lobes || !out->curves || !out->textures) return false;
+    out->lobes[0] = raw->first;
+    out->curves[0] = raw->specular_curve;
+    out->textures[0] = raw->specular_texture;
+    for (size_t i = 0; i < further; i++) {
+        out->lobes[1 + i] = raw->further.lobes[i];
+        out->curves[1 + i] = raw->further.curves[i];
+        out->textures[1 + i] = raw->further.textures[i];
+        out->textured = out->textured || raw->further.textures[i];
+    }
+    return true;
+}
+
 /* `out` stays as it was if memory is short. */
 static void make_material(shd_reader *r, const raw_material *raw, const char *name,
                           shd_material *out) {
-    shd_lobe *lobes = shd_take(r, 1 + raw->further.count, sizeof *lobes);
-    const shd_curve **curves = shd_take(r, 1 + raw->further.count, sizeof *curves);
-    const shd_texture **textures = shd_take(r, 1 + raw->further.count, sizeof *textures);
-    if (!lobes || !curves || !textures) return;
-    curves[0] = raw->specular_curve;
-    textures[0] = raw->specular_texture;
-    bool textured = textures[0];
-    for (size_t i = 0; i < raw->further.count; i++) {
-        curves[1 + i] = raw->further.curves[i];
-        textures[1 + i] = raw->further.textures[i];
-        textured = textured || textures[1 + i];
-    }
-    lobes[0] = raw->first;
-    if (raw->further.count)
-        memcpy(lobes + 1, raw->further.lobes, raw->further.count * sizeof *lobes);
+    made_lobes made;
+    if (!make_lobes(r, raw, &made)) return;
     *out = (shd_material){.name = name,
-                          .lobes = lobes,
+                          .lobes = made.lobes,
                           .lobe_count = 1 + raw->further.count,
                           .front_only = raw->side == 1,
+                          .antialiased = raw->antialiased,
                           .model = (shd_model)raw->model,
                           .sigma = raw->sigma,
                           .fresnel = raw->fresnel,
@@ -227,11 +245,12 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           .opacity_curve = raw->alpha < 0 ? raw->opacity_curve : NULL,
                           .reflection_curve = raw->reflection_curve,
                           .transmission_curve = raw->transmission_curve,
-                          .lobe_curves = curves,
+                          .lobe_curves = made.curves,
                           .emissive_texture = raw->emissive_texture,
                           .ambient_texture = raw->ambient_texture,
                           .diffuse_texture = raw->diffuse_texture,
-                          .lobe_textures = textured ? textures : NULL};
+                          .lobe_textures = made.textured ? made.textures : NULL,
+                          .opacity_texture = raw->alpha < 0 ? raw->opacity_texture : NULL};
     for (int c = 0; c < 3; c++) out->opacity[c] = raw->alpha < 0 ? raw->opacity[c] : raw->alpha;
     memcpy(out->reflection, raw->reflection, sizeof out->reflection);
     memcpy(out->transmission, raw->transmission, sizeof out->transmission);
@@ -343,45 +362,15 @@ void shd_tell_preset(const shd_material *material, shd_preset *out) {
 
 /* ---- `materials` ---- */
 
-static int compare_key(const void *key, const void *named) {
-    return strcmp(key, ((const shd_named_material *)named)->name);
-}
-
-static int compare_named(const void *a, const void *b) {
-    return compare_key(((const shd_named_material *)a)->name, b);
+static void read_named(shd_reader *r, const shd_node *node, void *entry) {
+    shd_named_material *named = entry;
+    named->used = SIZE_MAX;
+    read_material(r, node, named->name, &named->material);
 }
 
 void shd_read_materials(shd_reader *r, const shd_node *node, void *out) {
     (void)out;
-    r->names_unknown = !shd_is_object(r, node);
-    if (r->names_unknown) return;
-    size_t count = json_object_size(node->value);
-    if (count > r->limits->objects) {
-        shd_node_report(r->report, node, SHD_LIMIT,
-                        "the scene has %zu materials, more than objects may have: the limit "
-                        "`objects` is %llu",
-                        count, (unsigned long long)r->limits->objects);
-        shd_report_limit(r->report, SHD_LIMIT_OBJECTS);
-        count = (size_t)r->limits->objects;
-    }
-    r->named = shd_take(r, count, sizeof *r->named);
-    if (!r->named) return;
-    for (void *at = json_object_iter(node->value); at && r->named_count < count;
-         at = json_object_iter_next(node->value, at)) {
-        if (shd_is_cancelled(r->cancelled)) return;
-        const char *key = json_object_iter_key(at);
-        if (!shd_is_plain_name(key))
-            shd_wrong(r, node,
-                      "the name \"%s\" is longer than 64 characters or has control characters",
-                      shd_quote(key).text);
-        const char *name = shd_take_text(r, key);
-        if (!name) return;
-        shd_named_material *named = &r->named[r->named_count++];
-        *named = (shd_named_material){.name = name, .used = SIZE_MAX};
-        shd_node material = {node, key, 0, json_object_iter_value(at)};
-        read_material(r, &material, name, &named->material);
-    }
-    qsort(r->named, r->named_count, sizeof *r->named, compare_named);
+    shd_read_entries(r, node, "materials", sizeof(shd_named_material), read_named, &r->named);
 }
 
 /* ---- The materials of objects ---- */
@@ -428,9 +417,7 @@ size_t shd_use_material(shd_reader *r, const shd_node *node) {
     }
     const char *name = shd_get_text(r, node, "a material or its name");
     if (!name) return 0;
-    shd_named_material *named = NULL;
-    if (r->named_count)
-        named = bsearch(name, r->named, r->named_count, sizeof *r->named, compare_key);
+    shd_named_material *named = shd_find_entry(&r->named, name);
     if (named) {
         if (named->used == SIZE_MAX) named->used = append_material(r, &named->material);
         return named->used;
@@ -439,7 +426,7 @@ size_t shd_use_material(shd_reader *r, const shd_node *node) {
     if (!shd_reach_library(r, node, &library)) return 0;
     const size_t preset = shd_preset_find(library, name);
     if (preset != SIZE_MAX) return use_preset(r, node, library, preset);
-    if (r->names_unknown) return 0;
+    if (r->named.unknown) return 0;
     shd_wrong(r, node, "there is no material \"%s\"%s", shd_quote(name).text,
               suggest_material(r, name, true).text);
     return 0;

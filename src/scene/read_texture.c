@@ -132,7 +132,7 @@ static const shd_pyramid *find_picture(shd_reader *r, const shd_node *node,
     const shd_pyramid *out = NULL;
     shd_error error = {.limit = SHD_LIMIT_NONE};
     if (!r->shelf || !r->shelf->texels) {
-        shd_wrong(r, &at, "there are no pictures here");
+        shd_wrong(r, &at, "no assets are kept here");
         return NULL;
     }
     shd_status status = r->shelf->texels(r->shelf->context, wish, &texels, &error);
@@ -235,6 +235,58 @@ void shd_read_coefficient(shd_reader *r, const shd_node *node, void *out) {
     *curve = NULL;
 }
 
+/* ---- Opacities ---- */
+
+/* False: an end of its range is none of an opacity's, which is reported. */
+static bool are_opacities(shd_reader *r, const shd_node *node, double ends[2][3]) {
+    static const double SLACK = 1e-6;
+    for (size_t e = 0; e < 2; e++)
+        for (int c = 0; c < 3; c++) {
+            double *end = &ends[e][c];
+            if (!(*end >= -SLACK && *end <= 1 + SLACK)) {
+                shd_wrong(r, node, "an opacity is from 0 to 1 in every channel, and this has %.9g",
+                          *end);
+                return false;
+            }
+            *end = shd_smaller(shd_larger(*end, 0), 1);
+        }
+    return true;
+}
+
+void shd_read_opacity_texture(shd_reader *r, const shd_node *node, void *out) {
+    const shd_field *field = r->field;
+    void *at = (char *)out - field->offset + field->texture;
+    const shd_texture **place = at;
+    double *least = out, ends[2][3];
+    raw_pattern raw;
+    bool opaque = true;
+    *place = NULL;
+    if (r->in_library) {
+        shd_wrong(r, node, "a material of the library has no patterns or pictures");
+        return;
+    }
+    shd_texture *texture = shd_take(r, 1, sizeof *texture);
+    if (!texture) return;
+    if (json_object_get(node->value, "texture")) {
+        if (!take_picture(r, node, false, &raw, &texture->pattern)) return;
+        for (int c = 0; c < 3; c++) texture->high[c] = 1;
+        texture->name = raw.name;
+    } else if (!read_patterned(r, node, texture)) {
+        return;
+    }
+    shd_texture_ends(texture, ends);
+    if (!are_opacities(r, node, ends)) return;
+    for (int c = 0; c < 3; c++) {
+        least[c] = shd_smaller(ends[0][c], ends[1][c]);
+        opaque = opaque && least[c] == 1;
+    }
+    const shd_curve **curve = (void *)((char *)out - field->offset + field->curve);
+    *curve = NULL;
+    if (!opaque && (r->scene->trace.depth > 0 || r->scene->trace.shadows)) *place = texture;
+}
+
+/* ---- Materials and objects ---- */
+
 static bool same_texture(const shd_texture *a, const shd_texture *b) {
     if (!a || !b) return a == b;
     bool same = shd_same_pattern(&a->pattern, &b->pattern);
@@ -246,7 +298,8 @@ bool shd_same_textures(const shd_material *a, const shd_material *b) {
     if (!shd_is_textured(a) && !shd_is_textured(b)) return true;
     if (!same_texture(a->emissive_texture, b->emissive_texture) ||
         !same_texture(a->ambient_texture, b->ambient_texture) ||
-        !same_texture(a->diffuse_texture, b->diffuse_texture) || a->lobe_count != b->lobe_count)
+        !same_texture(a->diffuse_texture, b->diffuse_texture) ||
+        !same_texture(a->opacity_texture, b->opacity_texture) || a->lobe_count != b->lobe_count)
         return false;
     for (size_t k = 0; k < a->lobe_count; k++)
         if (!same_texture(a->lobe_textures ? a->lobe_textures[k] : NULL,
@@ -266,10 +319,8 @@ void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *o
                   mesh->type ? ": what is built in has none" : "");
     if (r->scene->spectral.channels)
         shd_wrong(r, node, "a spectral scene has no patterns and no pictures");
-    if (r->scene->trace.depth > 0)
-        shd_wrong(r, node,
-                  "patterns and pictures are not seen by mirrored or refracted rays: `trace` with "
-                  "a `depth` has none");
-    if (material->model == SHD_MODEL_WESTIN)
+    const bool alone = !material->emissive_texture && !material->ambient_texture &&
+                       !material->diffuse_texture && !material->lobe_textures;
+    if (material->model == SHD_MODEL_WESTIN && !alone)
         shd_wrong(r, node, "the facets of a westin material have no pattern or picture");
 }

@@ -3,7 +3,7 @@
 
 #include "scene/read.h"
 
-static void read_switch(shd_reader *r, const shd_node *node, void *out) {
+void shd_read_switch(shd_reader *r, const shd_node *node, void *out) {
     if (json_is_boolean(node->value))
         *(bool *)out = json_is_true(node->value);
     else
@@ -15,7 +15,7 @@ void shd_read_trace(shd_reader *r, const shd_node *node, void *out) {
                            depth = {0, 16, false, false, "0 to 16"},
                            share = {0, 1, false, false, "0 to 1"};
     static const shd_field fields[] = {
-        {"shadows", read_switch, .offset = offsetof(shd_trace, shadows)},
+        {"shadows", shd_read_switch, .offset = offsetof(shd_trace, shadows)},
         {"shadowSamples", shd_read_integer, offsetof(shd_trace, shadow_samples), .range = &samples},
         {"depth", shd_read_integer, offsetof(shd_trace, depth), .range = &depth},
         {"minContribution", shd_read_number, offsetof(shd_trace, min_contribution),
@@ -84,7 +84,10 @@ static void read_share(shd_reader *r, const shd_node *node, double most, const c
 }
 
 void shd_read_opacity(shd_reader *r, const shd_node *node, void *out) {
-    read_share(r, node, 1, "from 0 to 1", out);
+    if (json_object_get(node->value, "pattern") || json_object_get(node->value, "texture"))
+        shd_read_opacity_texture(r, node, out);
+    else
+        read_share(r, node, 1, "from 0 to 1", out);
 }
 
 void shd_read_bounced(shd_reader *r, const shd_node *node, void *out) {

@@ -149,6 +149,7 @@ typedef struct shd_material {
     const shd_lobe *lobes;
     size_t lobe_count; /* >= 1 */
     bool front_only;   /* side "front": the normal is not turned to face the viewer */
+    bool antialiased;  /* highlights are widened by what surfaces bend within a pixel */
     shd_model model;
     double sigma;                           /* of the facets' angles, in radians; Oren-Nayar */
     shd_fresnel fresnel;                    /* Cook-Torrance */
@@ -165,11 +166,14 @@ typedef struct shd_material {
      * that are farther from 0. NULL: they are colors. */
     const shd_texture *emissive_texture, *ambient_texture, *diffuse_texture;
     const shd_texture *const *lobe_textures; /* [lobe_count]; NULL: no lobe has one */
+    /* The opacity, if it is one and the scene is traced; `opacity` is then the least of it. */
+    const shd_texture *opacity_texture;
 } shd_material;
 
 /* Whether any of a material's coefficients is a pattern. */
 static inline bool shd_is_textured(const shd_material *m) {
-    return m->emissive_texture || m->ambient_texture || m->diffuse_texture || m->lobe_textures;
+    return m->emissive_texture || m->ambient_texture || m->diffuse_texture || m->lobe_textures ||
+           m->opacity_texture;
 }
 
 /* Whether they have the same patterns in the same colors. */
@@ -231,6 +235,13 @@ typedef struct shd_object {
      * material emits what the camera sees of it; its other side is black. */
     const shd_light *emitter;
 } shd_object;
+
+/* Whether its normals turn along the surface, and it is lit at every sample. */
+static inline bool shd_is_curved(const shd_object *object) {
+    if (object->interpolation != SHD_PHONG) return false;
+    if (object->shape == SHD_MESH) return object->mesh && object->mesh->normals;
+    return object->shape != SHD_PLANE && object->shape != SHD_DISC && object->shape != SHD_BOX;
+}
 
 typedef enum shd_tier { SHD_STANDARD, SHD_EXACT } shd_tier;
 typedef enum shd_metric { SHD_LINEAR, SHD_CODE, SHD_DELTA_E_2000 } shd_metric;

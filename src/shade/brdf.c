@@ -108,6 +108,17 @@ void shd_fit_phong_energy(double shininess, shd_packed_energy *out) {
 
 /* ---- The models. ---- */
 
+/* The lobe as it is at the point, and what it is multiplied by. */
+static shd_lobe lobe_at(const shd_surface *at, size_t k, double *share) {
+    shd_lobe lobe = at->material->lobes[k];
+    *share = 1;
+    if (at->sharp) {
+        lobe.shininess = at->sharp[2 * k][at->sharp_at];
+        *share = at->sharp[2 * k + 1][at->sharp_at];
+    }
+    return lobe;
+}
+
 static double weigh_oren_nayar(double sigma, double facing, double viewing, double between) {
     const double square = sigma * sigma, a = 1 - square / (2 * (square + 0.33)),
                  b = 0.45 * square / (square + 0.09);
@@ -159,13 +170,14 @@ bool shd_brdf_weigh(const shd_surface *at, shd_vec3 toward, double row[SHD_BRDF_
     const bool bisects = m->model == SHD_MODEL_BLINN_PHONG || m->model == SHD_MODEL_COOK_TORRANCE;
     const bool opposite = bisects && !shd_normalize(shd_add(toward, at->view), &half);
     for (size_t k = 0; k < m->lobe_count; k++) {
-        double *out = row + 3 + 3 * k;
+        double *out = row + 3 + 3 * k, share;
+        const shd_lobe lobe = lobe_at(at, k, &share);
         if (opposite) /* light passes along the surface */
             out[0] = out[1] = out[2] = 0;
         else if (m->model == SHD_MODEL_COOK_TORRANCE)
-            weigh_facets(at, &m->lobes[k], half, facing, viewing, out);
+            weigh_facets(at, &lobe, half, facing, viewing, out);
         else
-            out[0] = out[1] = out[2] = weigh_lobe(at, &m->lobes[k], toward, half, facing);
+            out[0] = out[1] = out[2] = share * weigh_lobe(at, &lobe, toward, half, facing);
     }
     return true;
 }

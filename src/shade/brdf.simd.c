@@ -41,10 +41,35 @@ SHD_INLINE void add_colors(const tints *t, size_t term, const shd_vd weights[3],
         for (size_t c = 0; c < 3; c++) sums[c] += weights[i] * shd_vd_set(t->mix[term][i][c]);
 }
 
+/* ---- Lobes that differ from point to point ---- */
+
+/* A row of points->sharp in the vector from point i on. */
+SHD_INLINE shd_vd load_sharp(const shd_sums_job *job, size_t row, size_t i) {
+    const double *from = job->points->sharp[row] + job->points->sharp_at + i;
+    const size_t left = job->count - i;
+    double held[VW];
+    if (left >= VW) return shd_vd_load(from);
+    for (size_t k = 0; k < VW; k++) held[k] = from[k < left ? k : left - 1];
+    return shd_vd_load(held);
+}
+
+/* Lobe k of the job, of Phong's or Blinn's, in lanes that are lit, of log(1 - off): in lanes whose
+ * exponent is the material's own, the same bits as there. */
+SHD_INLINE shd_vd weigh_sharp(const shd_sums_job *job, size_t k, size_t i, shd_vd off,
+                              const arrival *by) {
+    const size_t row = 2 * (job->first_lobe + k);
+    const shd_vd n = load_sharp(job, row, i), one = shd_vd_set(1), cut = shd_vd_set(SHD_EXACT_CUT),
+                 reach = shd_vd_select(shd_vd_gt(n, cut), cut / n, one);
+    const shd_md in = shd_vd_gt_in(by->lit, reach, off);
+    if (!shd_md_any(in)) return shd_vd_set(0);
+    const shd_vd power = power_of_lanes(shd_log1m64(below_one(off)), n);
+    return shd_vd_mul_in(in, power, by->factor * load_sharp(job, row + 1, i));
+}
+
 /* ---- Lobes of Phong's kin ---- */
 
-SHD_INLINE void add_shine(const shd_sums_job *job, const tints *t, const points *at,
-                          const arrival *by, const pairing *p, shd_vd *sums) {
+SHD_INLINE void add_shine(const shd_sums_job *job, const tints *t, const points *at, size_t i,
+                          bool sharp, const arrival *by, const pairing *p, shd_vd *sums) {
     const shd_plan_material *m = job->material;
     const shd_plan_lobe *lobes = m->lobes + job->first_lobe;
     const shd_packed_energy *energies = job->lighting->energies[m - job->lighting->plan->materials];
@@ -52,6 +77,9 @@ SHD_INLINE void add_shine(const shd_sums_job *job, const tints *t, const points 
     const shd_vd off = m->model == SHD_MODEL_BLINN_PHONG ? p->off : half_chords(by->toward, away);
     shd_vd log = off;
     bool has_log = false;
+    for (size_t k = 0; sharp && k < job->lobe_count; k++)
+        add_grey(t, 1 + job->first_lobe + k, weigh_sharp(job, k, i, off, by), sums + 3 + 3 * k);
+    if (sharp) return;
     for (size_t k = 0; k < job->lobe_count; k++) {
         const double n = lobes[k].shininess, reach = n > SHD_EXACT_CUT ? SHD_EXACT_CUT / n : 1;
         const shd_md in = shd_vd_gt_in(by->lit, shd_vd_set(reach), off);
@@ -102,8 +130,8 @@ SHD_INLINE void add_mirrored(const shd_sums_job *job, const tints *t, shd_md see
     }
 }
 
-SHD_INLINE void add_facets(const shd_sums_job *job, uint32_t index, const tints *t,
-                           const arrival *by, const pairing *p, shd_vd *sums) {
+SHD_INLINE void add_facets(const shd_sums_job *job, uint32_t index, const tints *t, size_t i,
+                           bool sharp, const arrival *by, const pairing *p, shd_vd *sums) {
     const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
     const shd_vd quarter = shd_vd_set(0.25);
     const shd_md seen = see_facets(by->lit, p);
@@ -111,7 +139,11 @@ SHD_INLINE void add_facets(const shd_sums_job *job, uint32_t index, const tints 
     const facets f = face_lanes(by->facing, p);
     shd_vd weights[SHD_WIDE_LOBES];
     for (size_t k = 0; k < job->lobe_count; k++)
-        weights[k] = shd_vd_mul_in(seen, weigh_slope(&f, lobes[k].shininess), by->factor);
+        weights[k] =
+            shd_vd_mul_in(seen,
+                          sharp ? weigh_slopes(&f, load_sharp(job, 2 * (job->first_lobe + k), i))
+                                : weigh_slope(&f, lobes[k].shininess),
+                          by->factor);
     if (job->material->indices)
         add_bins(job, index, seen, weights, p->lv * quarter, p->apart * quarter, sums + 3);
     else
@@ -135,8 +167,8 @@ __attribute__((noinline, cold)) static void add_left(const shd_sums_job *job, ui
 }
 
 /* Adds one light. Returns the lanes that are left to the reference. */
-SHD_INLINE unsigned add_light(const shd_sums_job *job, uint32_t index, const points *at, shd_md all,
-                              shd_vd *sums) {
+SHD_INLINE unsigned add_light(const shd_sums_job *job, uint32_t index, const points *at, size_t i,
+                              bool sharp, shd_md all, shd_vd *sums) {
     const shd_wide_light *light = &job->lighting->exact[index];
     arrival by;
     const unsigned left = reach_points(light, at, all, NULL, &by);
@@ -150,9 +182,9 @@ SHD_INLINE unsigned add_light(const shd_sums_job *job, uint32_t index, const poi
     add_grey(&t, 0, shd_vd_mul_in(by.lit, by.factor, weigh_diffuse(job->material, by.facing, &p)),
              sums);
     if (model == SHD_MODEL_COOK_TORRANCE)
-        add_facets(job, index, &t, &by, &p, sums);
+        add_facets(job, index, &t, i, sharp, &by, &p, sums);
     else
-        add_shine(job, &t, at, &by, &p, sums);
+        add_shine(job, &t, at, i, sharp, &by, &p, sums);
     return left;
 }
 
@@ -290,14 +322,13 @@ static void sum_westin(const shd_sums_job *job) {
     }
 }
 
-void SHD_VARIANT(shd_brdf64)(const shd_sums_job *job) {
-    if (job->material->model == SHD_MODEL_WESTIN) {
-        sum_westin(job);
-        return;
-    }
+/* `sharp`: lobes differ from point to point. */
+SHD_INLINE void sum_brdf(const shd_sums_job *job, bool sharp) {
     const shd_wide_light *lights = job->lighting->exact;
     const double scale = job->lighting->plan->scale;
     const bool closed = is_closed(job->material);
+    /* What has no body for exponents that differ is left to the reference. */
+    const bool alone = sharp && job->material->model == SHD_MODEL_PHONG_NORMALIZED;
     const shd_md all = shd_md_not(shd_vd_gt(shd_vd_set(0), shd_vd_set(0)));
     for (size_t i = job->first; i < job->end; i += VW) {
         const size_t count = job->count - i;
@@ -316,13 +347,22 @@ void SHD_VARIANT(shd_brdf64)(const shd_sums_job *job) {
                 shd_is_cancelled(job->lighting->plan->cancelled))
                 return; /* some of them take microseconds */
             const bool held = lights[index].kind != SHD_KIND_WIDE;
-            if (held && !shape)
-                left = add_light(job, index, &at, all, sums);
-            else if (held && job->material->model == SHD_MODEL_PHONG)
+            if (held && !shape && !alone)
+                left = add_light(job, index, &at, i, sharp, all, sums);
+            else if (held && !sharp && job->material->model == SHD_MODEL_PHONG)
                 left = add_shape(job, index, closed, &at, sums);
             if (count < VW) left &= (1u << count) - 1;
             if (left) add_left(job, index, i, left, sums);
         }
         for (size_t k = 0; k < 3 + 3 * job->lobe_count; k++) store_sums(job, k, i, sums[k]);
     }
+}
+
+void SHD_VARIANT(shd_brdf64)(const shd_sums_job *job) {
+    if (job->material->model == SHD_MODEL_WESTIN)
+        sum_westin(job);
+    else if (job->points->sharp)
+        sum_brdf(job, true);
+    else
+        sum_brdf(job, false);
 }

@@ -5,6 +5,9 @@ static const double TURN = 2 * SHD_PI;
 /* Slopes of angles near a pole, where they have no limit. */
 static const double LEAST = 1e-9;
 
+/* No plane counts as seen with a lesser cosine. */
+static const double STEEPEST = 1e-6;
+
 shd_chart shd_chart_of(const shd_object *object) {
     shd_chart out = {.object = object};
     shd_object_frame(object, &out.to_world, &out.from_world);
@@ -92,17 +95,15 @@ static place chart_shape(const shd_object *object, shd_vec3 p, shd_vec3 normal) 
     }
 }
 
-/* A covector of the world in the unit form's frame: the map's transpose carries it back. */
-static shd_vec3 carry_normal(const shd_chart *chart, shd_vec3 n) {
+shd_vec3 shd_carry_normal(const shd_chart *chart, shd_vec3 n) {
     const double(*m)[3] = chart->to_world.linear;
     return (shd_vec3){m[0][0] * n.x + m[1][0] * n.y + m[2][0] * n.z,
                       m[0][1] * n.x + m[1][1] * n.y + m[2][1] * n.z,
                       m[0][2] * n.x + m[1][2] * n.y + m[2][2] * n.z};
 }
 
-/* How the point in which a pixel sees the tangent plane moves with the pixel. */
-static shd_vec3 slide(const shd_seen_by *ray, shd_vec3 normal, shd_vec3 side) {
-    const double steep = 1e-6 * sqrt(shd_dot(ray->way, ray->way) * shd_dot(normal, normal));
+shd_vec3 shd_slide(const shd_seen_by *ray, shd_vec3 normal, shd_vec3 side, double least) {
+    const double steep = least * sqrt(shd_dot(ray->way, ray->way) * shd_dot(normal, normal));
     double facing = shd_dot(normal, ray->way);
     if (fabs(facing) < steep) facing = facing < 0 ? -steep : steep;
     return shd_madd(side, ray->way, -shd_dot(normal, side) / facing);
@@ -112,7 +113,7 @@ static shd_vec3 slide(const shd_seen_by *ray, shd_vec3 normal, shd_vec3 side) {
  * by how much that moves the point. */
 static shd_vec3 center_ray(shd_seen_by *ray, shd_vec3 normal) {
     const shd_vec3 shift = shd_madd(shd_scale(ray->right, ray->aside), ray->down, ray->below);
-    if (!ray->perspective) return slide(ray, normal, shift);
+    if (!ray->perspective) return shd_slide(ray, normal, shift, STEEPEST);
     const shd_vec3 way = shd_add(ray->way, shift);
     const double t = shd_dot(normal, ray->way) / shd_dot(normal, way);
     if (!(t > 0.5 && t < 2)) return (shd_vec3){0, 0, 0};
@@ -129,16 +130,17 @@ static shd_footprint footprint_on_shape(const shd_chart *chart, const shd_charte
     const shd_vec3 normal = point->normal, moved = center_ray(&middle, normal),
                    from = shd_sub(point->position, chart->to_world.origin),
                    local = shd_linear(&chart->from_world, shd_add(from, moved)),
-                   right = shd_linear(&chart->from_world, slide(&middle, normal, middle.right)),
-                   down = shd_linear(&chart->from_world, slide(&middle, normal, middle.down));
-    const place at = chart_shape(chart->object, local, carry_normal(chart, point->normal));
+                   right = shd_linear(&chart->from_world,
+                                      shd_slide(&middle, normal, middle.right, STEEPEST)),
+                   down = shd_linear(&chart->from_world,
+                                     shd_slide(&middle, normal, middle.down, STEEPEST));
+    const place at = chart_shape(chart->object, local, shd_carry_normal(chart, point->normal));
     return (shd_footprint){{at.u, at.v},
                            {shd_dot(at.du, right), shd_dot(at.dv, right)},
                            {shd_dot(at.du, down), shd_dot(at.dv, down)}};
 }
 
-/* Weights of the second and third corner that a step along the triangle adds. */
-static void step_weights(const shd_vec3 side[2], shd_vec3 step, double out[2]) {
+void shd_step_weights(const shd_vec3 side[2], shd_vec3 step, double out[2]) {
     const double aa = shd_dot(side[0], side[0]), ab = shd_dot(side[0], side[1]),
                  bb = shd_dot(side[1], side[1]), a = shd_dot(step, side[0]),
                  b = shd_dot(step, side[1]), determinant = aa * bb - ab * ab;
@@ -160,9 +162,9 @@ static shd_footprint footprint_on_mesh(const shd_chart *chart, const shd_charted
     const shd_vec3 normal = shd_cross(side[0], side[1]);
     shd_seen_by middle = *ray;
     double right[2], down[2], step[2];
-    step_weights(side, center_ray(&middle, normal), step);
-    step_weights(side, slide(&middle, normal, middle.right), right);
-    step_weights(side, slide(&middle, normal, middle.down), down);
+    shd_step_weights(side, center_ray(&middle, normal), step);
+    shd_step_weights(side, shd_slide(&middle, normal, middle.right, STEEPEST), right);
+    shd_step_weights(side, shd_slide(&middle, normal, middle.down, STEEPEST), down);
     shd_footprint out;
     for (int k = 0; k < 2; k++) {
         const double ab = b[k] - a[k], ac = c[k] - a[k];

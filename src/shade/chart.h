@@ -33,3 +33,14 @@ typedef struct shd_seen_by {
  * that plane is too steep for it, it is of a pixel around the ray. */
 shd_footprint shd_chart_footprint(const shd_chart *chart, const shd_charted_point *point,
                                   const shd_seen_by *ray);
+
+/* A covector of the world in the unit form's frame: the map's transpose carries it back. */
+shd_vec3 shd_carry_normal(const shd_chart *chart, shd_vec3 n);
+
+/* How the point in which a pixel sees the plane of this normal moves if the way's end moves aside
+ * by `side`. The cosine between both is taken for `least` at least. */
+shd_vec3 shd_slide(const shd_seen_by *ray, shd_vec3 normal, shd_vec3 side, double least);
+
+/* The weights of the second and third corner that a step along a triangle adds, whose sides go from
+ * its first corner to these. */
+void shd_step_weights(const shd_vec3 side[2], shd_vec3 step, double out[2]);

@@ -118,27 +118,38 @@ static bool sum_model(const shd_plan *plan, const shd_lighting *kernels, const s
     return true;
 }
 
+/* Gives a copy of the material the lobes that it has at the point. */
+static void sharpen_lobes(const shd_surface *at, shd_plan_lobe *lobes, shd_plan_material *out) {
+    for (size_t k = 0; k < out->lobe_count; k++) {
+        lobes[k] = out->lobes[k];
+        lobes[k].shininess = at->sharp[2 * k][at->sharp_at];
+    }
+    out->lobes = lobes;
+}
+
 /* A light with a shape: Phong's model and Lambert's light by its boundary, the rest by quadrature.
  */
 static bool weigh_shape(const shd_plan *plan, const shd_lighting *kernels, const shd_light *shape,
                         const shd_surface *at, double row[SHD_BRDF_ROWS]) {
     const shd_plan_material *m = at->material;
+    if (at->sharp) kernels = NULL; /* which know of one exponent for all points */
     const bool phong = m->model == SHD_MODEL_PHONG,
                own = m->model == SHD_MODEL_OREN_NAYAR || m->model == SHD_MODEL_WESTIN,
                summed = own || (!phong && m->lobe_count);
     if (summed && !sum_model(plan, kernels, shape, at, row)) return false;
     if (own) return true; /* of its diffuse light, which is not Lambert's */
     double diffuse, lobes[1 + SHD_LOBES_MOST];
-    shd_plan_material lambert = *m;
+    shd_plan_lobe sharp[1 + SHD_LOBES_MOST];
+    shd_plan_material other = *m;
     shd_surface here = *at;
-    if (!phong) {
-        lambert.lobe_count = 0;
-        here.material = &lambert;
-    }
+    if (!phong) other.lobe_count = 0;
+    if (phong && at->sharp) sharpen_lobes(at, sharp, &other);
+    if (!phong || at->sharp) here.material = &other;
     if (!shd_area_weigh(shape, &here, plan->point_off, &diffuse, lobes, NULL)) return summed;
     for (size_t c = 0; c < 3; c++) {
         row[c] = diffuse;
-        for (size_t k = 0; phong && k < m->lobe_count; k++) row[3 + 3 * k + c] = lobes[k];
+        for (size_t k = 0; phong && k < m->lobe_count; k++)
+            row[3 + 3 * k + c] = lobes[k] * (at->sharp ? at->sharp[2 * k + 1][at->sharp_at] : 1);
     }
     return true;
 }
@@ -191,7 +202,9 @@ static shd_surface surface_of(const shd_points64 *points, size_t i,
                       .normal = lane_of(points->normal, i),
                       .view = lane_of(points->view, i),
                       .material = material,
-                      .object = (size_t)points->object[i]};
+                      .object = (size_t)points->object[i],
+                      .sharp = points->sharp,
+                      .sharp_at = points->sharp_at + i};
     if (points->triangle) at.triangle = points->triangle[i];
     at.mirror = shd_sub(shd_scale(at.normal, 2 * shd_dot(at.normal, at.view)), at.view);
     return at;

@@ -43,6 +43,10 @@ typedef struct shd_points64 {
     const int32_t *object;    /* index in shd_scene.objects; read only if plan->extended */
     const uint32_t *triangle; /* of meshes and faceted objects; NULL: nobody asks */
     double *shadowed;         /* to which the seconds of rays to lights are added; NULL: to none */
+    /* [2 lobe] and [2 lobe + 1] at [sharp_at + point]: what a lobe's exponent or roughness is
+     * there, and what it is multiplied by (shade/bend.h); NULL: it is the material's own. */
+    const double *const *sharp;
+    size_t sharp_at;
 } shd_points64;
 
 /* One point of a surface, in the world's frame. */
@@ -51,8 +55,11 @@ typedef struct shd_surface {
     shd_vec3 mirror;                 /* W = 2(N.V)N - V */
     const shd_plan_material *material;
     size_t object;
-    uint32_t triangle;        /* of a mesh or a faceted object; set if the scene is traced */
-    const shd_fresnel *index; /* for three bins of a spectrum; NULL: the material's own */
+    uint32_t triangle;          /* of a mesh or a faceted object; set if the scene is traced */
+    const shd_fresnel *index;   /* for three bins of a spectrum; NULL: the material's own */
+    const double *const *sharp; /* as in shd_points64, at [sharp_at]; or NULL */
+    size_t sharp_at;
+    const double *opacity; /* [3]; NULL: the material's own */
 } shd_surface;
 
 /* Points of one object that lie beside each other, and what is known of them together. */

@@ -32,6 +32,11 @@ SHD_INLINE shd_vd power_of(shd_vd log, double exponent) {
     return shd_exp64(shd_vd_max(log * shd_vd_set(exponent), shd_vd_set(-700)));
 }
 
+/* The same where each lane has its own. */
+SHD_INLINE shd_vd power_of_lanes(shd_vd log, shd_vd exponent) {
+    return shd_exp64(shd_vd_max(log * exponent, shd_vd_set(-700)));
+}
+
 /* d if it is a power's, otherwise a value that is as good as 1. */
 SHD_INLINE shd_vd below_one(shd_vd d) {
     const shd_vd largest = shd_vd_set(0x1.fffffffffffffp-1);
@@ -188,7 +193,9 @@ __attribute__((noinline, cold, unused)) static void load_last(const shd_points64
                                {held[6], held[7], held[8]},
                                NULL,
                                NULL,
-                               NULL};
+                               NULL,
+                               NULL,
+                               0};
     load_points(&last, 0, scale, to);
 }
 

@@ -109,9 +109,14 @@ SHD_INLINE facets face_lanes(shd_vd facing, const pairing *p) {
     return (facets){open, p->off * (two - p->off) / nh2, nh2};
 }
 
-/* D G / (4 N.V) of facets whose RMS slope is `roughness`. */
+/* D G / (4 N.V) of facets whose RMS slope is `roughness`, in each lane. */
+SHD_INLINE shd_vd weigh_slopes(const facets *f, shd_vd roughness) {
+    const shd_vd slope = roughness * roughness,
+                 power = shd_vd_max(-f->tangent / slope, shd_vd_set(-700));
+    return shd_exp64(power) / (shd_vd_set(4) * slope * (f->nh2 * f->nh2)) * f->open;
+}
+
+/* The same of one for all lanes. */
 SHD_INLINE shd_vd weigh_slope(const facets *f, double roughness) {
-    const double slope = roughness * roughness;
-    const shd_vd power = shd_vd_max(-f->tangent / shd_vd_set(slope), shd_vd_set(-700));
-    return shd_exp64(power) / (shd_vd_set(4 * slope) * (f->nh2 * f->nh2)) * f->open;
+    return weigh_slopes(f, shd_vd_set(roughness));
 }

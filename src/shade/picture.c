@@ -5,7 +5,7 @@
 
 #include "base/vec3.h"
 
-/* A footprint's length over the width of texels that it is walked along by, at most. */
+/* Texels that a footprint is walked along by, at most. */
 enum { MOST_ALONG = 32 };
 
 static double length_of(const double v[2]) {
@@ -30,27 +30,29 @@ typedef struct between {
     double share;
 } between;
 
-static between between_texels(double place, int side, shd_wrap wrap) {
+static inline between between_texels(double place, int side, shd_wrap wrap) {
     /* Beyond 2^52 there is nothing between whole numbers. */
-    const double middle = shd_larger(-0x1p52, shd_smaller(place - 0.5, 0x1p52)),
-                 whole = floor(middle);
-    const int64_t index = (int64_t)whole;
-    return (between){{wrapped(index, side, wrap), wrapped(index + 1, side, wrap)}, middle - whole};
+    const double middle = shd_larger(-0x1p52, shd_smaller(place - 0.5, 0x1p52));
+    const int64_t toward = (int64_t)middle, index = toward - (middle < (double)toward);
+    const double share = middle - (double)index;
+    if (index >= 0 && index + 1 < side) return (between){{(size_t)index, (size_t)index + 1}, share};
+    return (between){{wrapped(index, side, wrap), wrapped(index + 1, side, wrap)}, share};
 }
 
 /* Adds the level at a point, in texels from its upper left corner. */
-static void add_point(const shd_level *level, shd_wrap wrap, const double at[2], double sum[4]) {
-    const between x = between_texels(at[0], level->width, wrap),
-                  y = between_texels(at[1], level->height, wrap);
+static inline void add_point(const shd_level *level, shd_wrap wrap, double across, double down_by,
+                             double weight, double sum[4]) {
+    const between x = between_texels(across, level->width, wrap),
+                  y = between_texels(down_by, level->height, wrap);
     const size_t width = (size_t)level->width;
     const float *a = level->rgba + 4 * (y.at[0] * width + x.at[0]),
                 *b = level->rgba + 4 * (y.at[0] * width + x.at[1]),
                 *c = level->rgba + 4 * (y.at[1] * width + x.at[0]),
                 *d = level->rgba + 4 * (y.at[1] * width + x.at[1]);
-    const double right = x.share, down = y.share, ad = (1 - right) * (1 - down),
-                 bd = right * (1 - down), cd = (1 - right) * down, dd = right * down;
+    const double down = weight * y.share, up = weight - down, bu = up * x.share, au = up - bu,
+                 dd = down * x.share, cd = down - dd;
     for (int k = 0; k < 4; k++)
-        sum[k] += ad * (double)a[k] + bd * (double)b[k] + cd * (double)c[k] + dd * (double)d[k];
+        sum[k] += au * (double)a[k] + bu * (double)b[k] + cd * (double)c[k] + dd * (double)d[k];
 }
 
 /* ---- A footprint. ---- */
@@ -79,27 +81,42 @@ static patch patch_of(const shd_level *level, const shd_footprint *f) {
     return p;
 }
 
-static int points_of(double texels, int most) {
-    return texels <= 1 ? 1 : texels >= most ? most : (int)ceil(texels);
+/* Points along a side, which is as long as `sizes` texels: from `first` on, a `step` of the side
+ * apart. They are in pairs about the middle, and the outermost count as much as the side reaches
+ * into what they stand for, so that nothing jumps where one more pair is needed. */
+typedef struct comb {
+    int count;
+    double first, step;
+    double outer; /* weight of the first and of the last one */
+} comb;
+
+static comb comb_of(double sizes) {
+    if (sizes < 0.25) return (comb){1, 0, 0, 1};
+    if (sizes <= 2) return (comb){2, -0.25, 0.5, 1};
+    const int pairs = (int)ceil(sizes / 2);
+    const double step = 1 / sizes;
+    return (comb){2 * pairs, (0.5 - pairs) * step, step, sizes / 2 - (pairs - 1)};
 }
 
-/* The mean of points over the footprint, no farther apart than texels. */
+static double weight_at(const comb *c, int i) {
+    return i == 0 || i == c->count - 1 ? c->outer : 1;
+}
+
+/* The mean of the points over the footprint. */
 static void find_mean(const shd_level *level, shd_wrap wrap, const shd_footprint *f,
-                      double out[4]) {
+                      const comb *along, const comb *across, double out[4]) {
     const patch p = patch_of(level, f);
-    const int along = points_of(p.length, 2 * MOST_ALONG), across = points_of(p.narrow, 8);
-    double sum[4] = {0};
-    for (int j = 0; j < across; j++) {
-        const double b = (j + 0.5) / across - 0.5;
-        for (int i = 0; i < along; i++) {
-            const double a = (i + 0.5) / along - 0.5;
-            add_point(level, wrap,
-                      (double[]){p.at[0] + a * p.main[0] + b * p.side[0],
-                                 p.at[1] + a * p.main[1] + b * p.side[1]},
-                      sum);
+    double sum[4] = {0}, whole = 0;
+    for (int j = 0; j < across->count; j++) {
+        const double b = across->first + j * across->step, wide = weight_at(across, j);
+        for (int i = 0; i < along->count; i++) {
+            const double a = along->first + i * along->step, weight = wide * weight_at(along, i);
+            add_point(level, wrap, p.at[0] + a * p.main[0] + b * p.side[0],
+                      p.at[1] + a * p.main[1] + b * p.side[1], weight, sum);
+            whole += weight;
         }
     }
-    for (int k = 0; k < 4; k++) out[k] = sum[k] / (along * across);
+    for (int k = 0; k < 4; k++) out[k] = sum[k] / whole;
 }
 
 void shd_picture_whole(const shd_pyramid *picture, double out[4]) {
@@ -110,21 +127,21 @@ void shd_picture_whole(const shd_pyramid *picture, double out[4]) {
 void shd_picture_mean(const shd_pyramid *picture, shd_wrap wrap, const shd_footprint *f,
                       double out[4]) {
     const patch p = patch_of(picture->levels, f);
-    const double size = shd_larger(p.narrow / 2, p.length / MOST_ALONG);
-    int level = 0, last = picture->count - 1;
-    double share = 0; /* of the next level: their sizes are 2^level and twice that */
-    if (size > 1) {
-        share = 2 * frexp(size, &level) - 1;
-        level--;
-    }
+    const double size = shd_larger(1, shd_larger(p.narrow / 2, p.length / MOST_ALONG));
+    const int last = picture->count - 1;
+    /* Levels whose texels are 2^level and twice that, and the share of the second one. */
+    int level;
+    const double share = 2 * frexp(size, &level) - 1;
+    level--;
     if (level >= last) {
         shd_picture_whole(picture, out);
         return;
     }
-    find_mean(&picture->levels[level], wrap, f, out);
+    const comb along = comb_of(p.length / size), across = comb_of(p.narrow / size);
+    find_mean(&picture->levels[level], wrap, f, &along, &across, out);
     if (share > 0) {
         double next[4];
-        find_mean(&picture->levels[level + 1], wrap, f, next);
+        find_mean(&picture->levels[level + 1], wrap, f, &along, &across, next);
         for (int k = 0; k < 4; k++) out[k] += share * (next[k] - out[k]);
     }
     for (int k = 0; k < 4; k++)

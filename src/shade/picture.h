@@ -1,12 +1,15 @@
 /* What a picture is to a footprint: its mean over it, found on the levels of its pyramid.
  *
- * The footprint is covered by a grid of points, no farther apart than the texels of a level, and
- * the level is interpolated linearly at each (so that a texel is a tent two texels wide). The level
- * is the one whose texels are half as wide as the footprint is in its narrow direction, or no
- * narrower than 1/32 of its length, mixed of the two whose sizes are next to that; with footprints
- * smaller than texels it is the picture itself. A long footprint is walked along rather than
- * blurred across. All of it is f64 without functions of the C library that differ, so that every
- * machine has the same bits. Any thread. */
+ * The footprint is covered by a grid of points, and levels are interpolated linearly at each of
+ * them, so that a texel is a tent two texels wide. Points are as far apart as the texels of a level
+ * that are half as wide as the footprint is in its narrow direction, or 1/32 of its length if that
+ * is more; the two levels whose sizes are next to that are mixed. So a long footprint is walked
+ * along rather than blurred across. Footprints smaller than a texel see the picture itself, and
+ * nothing jumps where levels and points come and go.
+ *
+ * All of it is f64, without functions of the C library that differ: every machine has the same
+ * bits. Any thread. Source: after McCormack et al., "Feline: Fast Elliptical Lines for Anisotropic
+ * Texture Mapping" (1999), with a box for the ellipse. */
 #pragma once
 
 #include "base/pyramid.h"

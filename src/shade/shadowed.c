@@ -72,7 +72,9 @@ static void take_crowd(const shd_lighting *lighting, const shd_plan_material *ma
 static shd_points64 points_of(const shd_points64 *all, size_t first, size_t count) {
     shd_points64 out = {.count = count,
                         .object = all->object + first,
-                        .triangle = all->triangle ? all->triangle + first : NULL};
+                        .triangle = all->triangle ? all->triangle + first : NULL,
+                        .sharp = all->sharp,
+                        .sharp_at = all->sharp_at + first};
     for (int c = 0; c < 3; c++) {
         out.position[c] = all->position[c] + first;
         out.normal[c] = all->normal[c] + first;

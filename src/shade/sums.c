@@ -60,7 +60,7 @@ void shd_open_sums(const shd_lighting *lighting, const shd_plan_material *materi
                               .points = points,
                               .diffuse64 = diffuse,
                               .specular64 = specular};
-    const bool beyond = extended && (material->model != SHD_MODEL_PHONG || lighting->plan->bins ||
-                                     has_shape(lighting->plan, which, n));
+    const bool beyond = extended && (points->sharp || material->model != SHD_MODEL_PHONG ||
+                                     lighting->plan->bins || has_shape(lighting->plan, which, n));
     sum_points(&job, beyond ? lighting->brdf64 : lighting->sums64);
 }

@@ -4,6 +4,7 @@
 
 #include "plan/parts.h"
 #include "shade/backdrop.h"
+#include "shade/beam.h"
 #include "trace/stray.h"
 
 enum { DEPTH = 16, WAITING = 2 * DEPTH + 4 };
@@ -13,6 +14,7 @@ typedef struct step {
     shd_ray ray;
     int depth;     /* steps, this one among them */
     bool straight; /* it goes on from the eye */
+    double length; /* of the way from the eye to where it begins */
     shd_stray_ray stray;
 } step;
 
@@ -135,8 +137,11 @@ static void add_step(path *p, const step *from, const going *g) {
     }
     keep(p, g->weight, weights_of(p, p->waits));
     step *next = &p->waiting[p->waits++];
-    *next = (step){
-        .ray = from->ray, .depth = from->depth + 1, .straight = g->straight, .stray = g->stray};
+    *next = (step){.ray = from->ray,
+                   .depth = from->depth + 1,
+                   .straight = g->straight,
+                   .length = from->length,
+                   .stray = g->stray};
     next->ray.direction = g->direction;
 }
 
@@ -150,13 +155,20 @@ static inline void share_out(const path *p, const shd_coefficients *k, bool bend
     }
 }
 
+/* Those of an object, where it has this opacity. */
+static shd_coefficients coefficients_at(const path *p, size_t object, const double *opacity) {
+    shd_coefficients k = shd_coefficients_of(p->b->plan, object);
+    k.opacity = opacity;
+    return k;
+}
+
 /* Adds the rays that go on from a surface. `from` has its place, and the share of what is seen
  * there. */
 static void go_on(path *p, const step *from, shd_vec3 ray, const facing *f, size_t object,
-                  shd_stray_hit *hit) {
+                  const double *opacity, shd_stray_hit *hit) {
     const shd_material *m = material_of(p->b->plan, object);
     const double eta = f->inside ? m->ior : 1 / m->ior;
-    const shd_coefficients k = shd_coefficients_of(p->b->plan, object);
+    const shd_coefficients k = coefficients_at(p, object, opacity);
     going mirrored = {.direction = find_mirrored(ray, f), .weight = p->mirrored},
           refracted = {.direction = ray, .weight = p->refracted},
           behind = {.direction = ray,
@@ -182,15 +194,14 @@ static void go_on(path *p, const step *from, shd_vec3 ray, const facing *f, size
 }
 
 /* What is seen at a hit, but for what lies beyond. */
-static void add_local(path *p, size_t object, const double (*local)[3]) {
-    const shd_coefficients k = shd_coefficients_of(p->b->plan, object);
+static void add_local(path *p, const double *opacity, const double (*local)[3]) {
     const double *weight = p->weight;
     for (size_t b = 0; p->b->plan->tinted && b < p->channels; b++) {
-        const double by = weight[b] * k.opacity[b];
+        const double by = weight[b] * opacity[b];
         for (int c = 0; c < 3; c++) p->out.radiance[c] += by * local[b][c];
     }
     for (int c = 0; !p->b->plan->tinted && c < 3; c++)
-        if (weight[c] != 0) p->out.radiance[c] += weight[c] * k.opacity[c] * local[0][c];
+        if (weight[c] != 0) p->out.radiance[c] += weight[c] * opacity[c] * local[0][c];
 }
 
 static void add_background(path *p, const step *s) {
@@ -237,17 +248,22 @@ static void follow_step(path *p, step *s) {
                            .object = met.object,
                            .triangle = met.triangle};
     surface.mirror = mirror(ray, surface.normal);
-    b->local.light(b->local.context, p->scratch, &surface, &met, p->local);
+    s->length += met.t;
+    const double width = material->textures ? shd_beam_width(plan->scene, s->length) : 0;
+    const shd_beam beam = {met.object, met.triangle, at.position, at.own, ray, width};
+    double scratch[3];
+    const double *opacity = shd_opacity_at(plan, &beam, scratch);
+    b->local.light(b->local.context, p->scratch, &surface, &met, width, p->local);
     p->out.edge |= hit.ray.lost;
     if (!hit.ray.lost)
         p->out.error +=
             most_of(p, p->weight) *
             shd_stray_error(b->strays, &hit, met.object, shd_dot(surface.normal, surface.view));
-    add_local(p, met.object, (const double(*)[3])p->local);
+    add_local(p, opacity, (const double(*)[3])p->local);
     if (!b->bounces[met.object]) return;
     s->ray = (shd_ray){at.position, ray, INFINITY, {(int32_t)met.object, met.triangle, at.own}};
     const facing f = face_ray(ray, at.own, at.normal);
-    go_on(p, s, ray, &f, met.object, &hit);
+    go_on(p, s, ray, &f, met.object, opacity, &hit);
 }
 
 /* Beside what waits: the weights of a step and of what goes on from it, and local light. */
@@ -280,16 +296,19 @@ shd_bounced shd_bounce(const shd_bouncing *b, void *scratch, double *room, const
     const shd_vec3 ray = shd_scale(at->view, -1),
                    own = shd_outward_normal(b->caster, at->object, at->triangle, at->position,
                                             at->normal);
+    const double away = shd_length(shd_sub(at->position, b->plan->scene->camera.position));
     const step first = {
         .ray = {at->position, ray, INFINITY, {(int32_t)at->object, at->triangle, own}},
         .straight = true,
+        .length = away,
         .stray = {0, 16 * 0x1p-53, false}};
     const facing f = face_ray(ray, own, at->normal);
-    add_local(&p, at->object, local);
-    const double away = shd_length(shd_sub(at->position, b->plan->scene->camera.position));
+    const double *opacity =
+        at->opacity ? at->opacity : shd_coefficients_of(b->plan, at->object).opacity;
+    add_local(&p, opacity, local);
     shd_stray_hit hit =
         shd_stray_meet(b->strays, &first.stray, away, at->object, fabs(shd_dot(ray, own)));
-    go_on(&p, &first, ray, &f, at->object, &hit);
+    go_on(&p, &first, ray, &f, at->object, opacity, &hit);
     while (p.waits && !shd_is_cancelled(b->plan->cancelled)) {
         step next = p.waiting[--p.waits];
         keep(&p, weights_of(&p, p.waits), p.weight);

@@ -26,12 +26,12 @@
 #include "shade/lighting.h"
 #include "sight/ray.h"
 
-/* Writes the radiance of the local model at a point, where `meeting` was met: out[0], or in a
- * tinted plan [bins->count], what each bin adds to it. */
+/* Writes the radiance of the local model at a point, where `meeting` was met by a beam of `width`:
+ * out[0], or in a tinted plan [bins->count], what each bin adds to it. */
 typedef struct shd_local_light {
     const void *context;
     void (*light)(const void *context, void *scratch, const shd_surface *at,
-                  const shd_meeting *meeting, double (*out)[3]);
+                  const shd_meeting *meeting, double width, double (*out)[3]);
 } shd_local_light;
 
 typedef struct shd_bouncing {

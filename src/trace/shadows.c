@@ -4,6 +4,7 @@
 
 #include "base/clock.h"
 #include "base/cpu.h"
+#include "shade/beam.h"
 #include "trace/aims.h"
 
 /* Surfaces that a ray may cross. More are not there but by rounding. */
@@ -14,6 +15,7 @@ typedef struct shadow_map {
     const shd_caster *caster;
     size_t channels;
     const bool *solid, *convex; /* [object] */
+    bool varies;                /* some opacity is a texture */
     shd_occlusion occlusion;
     shd_aim_pattern pattern;
 } shadow_map;
@@ -32,29 +34,38 @@ static void share_all(const shadow_map *map, double *share) {
     for (size_t c = 3; c < map->channels; c++) share[c] = 1;
 }
 
-static bool dim(const shd_plan *plan, size_t object, double *share) {
-    const shd_coefficients k = shd_coefficients_of(plan, object);
+/* Multiplies the share by what is let through where the beam meets an object. False: nothing is. */
+static bool dim(const shadow_map *map, const shd_beam *at, double *share) {
+    double scratch[3];
+    const double *opacity = shd_opacity_at(map->plan, at, scratch);
     bool any = false;
-    for (size_t c = 0; c < k.count; c++) {
-        share[c] *= 1 - k.opacity[c];
+    for (size_t c = 0; c < map->channels; c++) {
+        share[c] *= 1 - opacity[c];
         any |= share[c] != 0;
     }
     return any;
 }
 
-/* Multiplies the share by what the surfaces on the way leave. */
-static void follow_ray(const shadow_map *map, shd_ray ray, in_the_way way, double *share) {
+/* Multiplies the share by what the surfaces on the way leave. `width`: of the ray's beam. */
+static void follow_ray(const shadow_map *map, shd_ray ray, in_the_way way, double width,
+                       double *share) {
     for (int crossed = 0; crossed < MOST_CROSSED; crossed++) {
         shd_meeting m;
         if (shd_is_cancelled_at(map->plan->cancelled, (size_t)crossed)) return;
         if (!shd_cast_ray(map->caster, &ray, way.list, way.count, map->solid, &m)) return;
         const struct shd_light *emitter = map->plan->scene->objects[m.object].emitter;
         const bool itself = emitter && emitter == way.shape;
-        if (map->solid[m.object] || (!itself && !dim(map->plan, m.object, share))) {
+        if (map->solid[m.object]) {
             memset(share, 0, map->channels * sizeof *share);
             return;
         }
         const shd_met_at place = shd_met_place(map->caster, &m);
+        const shd_beam beam = {m.object,  m.triangle,    place.position,
+                               place.own, ray.direction, width};
+        if (!itself && !dim(map, &beam, share)) {
+            memset(share, 0, map->channels * sizeof *share);
+            return;
+        }
         ray.origin = place.position;
         ray.far -= m.t;
         ray.start = (shd_start){(int32_t)m.object, m.triangle, place.own};
@@ -69,13 +80,20 @@ static shd_vec3 own_normal(const shadow_map *map, const shd_surface *at) {
     return turned ? shd_scale(own, -1) : own;
 }
 
+/* That of a pixel, if the camera saw the point: shadows are as sharp as it could show them. */
+static double width_at(const shd_scene *scene, shd_vec3 position) {
+    return shd_beam_width(scene, shd_length(shd_sub(position, scene->camera.position)));
+}
+
 /* The share of light that comes along `toward` from the distance `far`. */
 static void find_share(const shadow_map *map, const shd_surface *at, shd_vec3 own, shd_vec3 toward,
                        double far, in_the_way way, double *share) {
     share_all(map, share);
-    if (!(shd_dot(own, toward) > 0) && !dim(map->plan, at->object, share)) return;
+    const double width = map->varies ? width_at(map->plan->scene, at->position) : 0;
+    const shd_beam beam = {at->object, at->triangle, at->position, own, toward, width};
+    if (!(shd_dot(own, toward) > 0) && !dim(map, &beam, share)) return;
     const shd_ray ray = {at->position, toward, far, {(int32_t)at->object, at->triangle, own}};
-    follow_ray(map, ray, way, share);
+    follow_ray(map, ray, way, width, share);
 }
 
 /* ---- Lights with a shape. ---- */
@@ -247,6 +265,7 @@ bool shd_shadows_make(const shd_plan *plan, const shd_caster *caster, shd_arena 
     *map = (shadow_map){.plan = plan,
                         .caster = caster,
                         .channels = shd_ray_channels(plan),
+                        .varies = plan->textured,
                         .solid = shd_solid_objects(plan, arena),
                         .convex = find_convex(plan, caster, arena)};
     if (!map->solid || !map->convex ||

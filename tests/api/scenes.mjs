@@ -14,6 +14,16 @@ export async function keepMesh(daemon) {
     return digest;
 }
 
+// The same for a picture.
+async function keepPicture(daemon) {
+    const scene = { objects: [{ type: "sphere" }], image: { width: 6, height: 5 } };
+    const picture = (await daemon.post("/v1/render", scene)).body;
+    const digest = createHash("sha256").update(picture).digest("hex");
+    await daemon.ask({ method: "PUT", path: `/v1/assets/${digest}`, body: picture,
+                       headers: { "Content-Type": "image/png" } });
+    return digest;
+}
+
 // What the schema leaves open and the reader knows: names, and numbers that fit together. From the
 // schema alone come scenes of which almost all are refused.
 async function hints(daemon) {
@@ -32,7 +42,7 @@ async function hints(daemon) {
                 `${name}${name.includes("(") ? " " : "("}${parts.join(name === "rgba" ? "," : " ")})`)));
     const seenThrough = fc.oneof(opaque, fc.constantFrom("transparent", "#1af8", "hsl(20deg 50% 50% / 30%)"));
     const colors = ["color", "ambient", "emissive", "diffuse", "specular", "matte"];
-    const digest = await keepMesh(daemon);
+    const digest = await keepMesh(daemon), picture = await keepPicture(daemon);
     // Other models behind shadows of lights with a shape take a millisecond a sample.
     const side = fc.integer({ min: 3, max: 12 });
     return {
@@ -56,6 +66,7 @@ async function hints(daemon) {
             depth: fc.constantFrom(0, 1, 3), // deep paths with coefficients above 1 exceed the limit `work`
             shadowSamples: fc.constantFrom(1, 16),
             data: fc.constant(`sha256-${digest}`),
+            texture: fc.constant(`sha256-${picture}`),
             wavelengths: fc.constantFrom([400, 500, 600, 700], [380, 381, 540.5, 5000]),
             values: fc.array(fc.integer({ min: 1, max: 8 }).map(step => step / 8),
                              { minLength: 4, maxLength: 4 }),
@@ -106,8 +117,8 @@ const has = (value, test) => test(value) ||
 const member = (name, test = () => true) => value => value !== null && typeof value === "object" &&
     Object.hasOwn(value, name) && test(value[name]);
 
-// Nor can it say what patterns may not be with, nor environments: most scenes have what goes together, and most
-// meshes by name have one that is there.
+// Nor can it say what patterns and pictures may not be with, nor environments: most scenes have what goes together,
+// and most meshes by name have one that is there.
 function calmScene(scene) {
     const calm = structuredClone(scene);
     const objects = Array.isArray(calm.objects) ? calm.objects : [];
@@ -115,7 +126,7 @@ function calmScene(scene) {
     for (const object of objects)
         if (object.mesh !== undefined && shared !== undefined) object.mesh = shared;
         else if (object.mesh !== undefined) { delete object.mesh; object.type = "sphere"; }
-    if (has(calm, member("pattern"))) {
+    if (has(calm, member("pattern")) || has(calm, member("texture"))) {
         delete calm.spectral;
         delete calm.interpolation;
         delete calm.trace;

@@ -104,6 +104,28 @@ static unsigned jumps_of(const stuff *m) {
     return jumps;
 }
 
+/* What light reflects, and what it may where rounding decides on a jump of the material. Corners of
+ * facets need it: no place beside them has another case. */
+static shade reflect_any(const stuff *m, const spot *s, point toward, uint64_t *key) {
+    const point mirrored = sub(times(s->normal, 2 * dot(s->normal, toward)), toward);
+    const unsigned jumps = jumps_of(m);
+    unsigned cases, others;
+    real sums[3];
+    shade out;
+    reflect_light(m, s->normal, s->view, toward, &cases, sums);
+    note(key, cases & jumps);
+    for (int c = 0; c < 3; c++) out.low[c] = out.high[c] = sums[c];
+    for (int side = -1; jumps && side <= 1; side += 2) {
+        const point view = unit(add(s->view, times(mirrored, side * 64 * EPS)));
+        reflect_light(m, s->normal, view, toward, &others, sums);
+        for (int c = 0; c < 3 && (cases ^ others) & jumps; c++) {
+            out.low[c] = smaller(out.low[c], sums[c]);
+            out.high[c] = larger(out.high[c], sums[c]);
+        }
+    }
+    return out;
+}
+
 static void add_lamp(const document *d, const lamp *l, const stuff *m, const spot *s, uint64_t *key,
                      shade *out) {
     point toward;
@@ -116,14 +138,12 @@ static void add_lamp(const document *d, const lamp *l, const stuff *m, const spo
     note(key, facing > 0);
     unsure |= s->flat && SIZE(facing) < 64 * EPS;
     if (!(facing > 0) && !unsure) return;
-    real sums[3];
-    unsigned cases;
-    reflect_light(m, s->normal, s->view, toward, &cases, sums);
-    note(key, cases & jumps_of(m));
+    const shade sums = reflect_any(m, s, toward, key);
     const arrival arrives = d->shadows && f != 0 ? occlude_point(d, l, &s->site, toward, key) : ALL;
     for (int c = 0; c < 3; c++) {
-        const real sum = sums[c] * f * l->color[c], low = sum * arrives.low[c],
-                   high = sum * arrives.high[c];
+        const real by = f * l->color[c], a = sums.low[c] * by * arrives.low[c],
+                   b = sums.high[c] * by * arrives.high[c], low = smaller(a, b),
+                   high = larger(a, b);
         out->low[c] += unsure ? smaller(0, low) : low;
         out->high[c] += unsure ? larger(0, high) : high;
     }

@@ -48,6 +48,30 @@ def blank(width, height, rows):
             chunk(b"IDAT", pixels) + chunk(b"IEND", b""))
 
 
+def floats(values):
+    """An OpenEXR file without compression, of [height, width, 3] floats."""
+    high, wide, _ = values.shape
+
+    def attribute(name, kind, data):
+        return name + b"\0" + kind + b"\0" + struct.pack("<i", len(data)) + data
+
+    channels = b"".join(name + b"\0" + struct.pack("<iB3xii", 2, 0, 1, 1) for name in (b"B", b"G", b"R"))
+    window = struct.pack("<4i", 0, 0, wide - 1, high - 1)
+    head = (struct.pack("<II", 20000630, 2) + attribute(b"channels", b"chlist", channels + b"\0") +
+            attribute(b"compression", b"compression", b"\0") + attribute(b"dataWindow", b"box2i", window) +
+            attribute(b"displayWindow", b"box2i", window) + attribute(b"lineOrder", b"lineOrder", b"\0") +
+            attribute(b"pixelAspectRatio", b"float", struct.pack("<f", 1)) +
+            attribute(b"screenWindowCenter", b"v2f", bytes(8)) +
+            attribute(b"screenWindowWidth", b"float", struct.pack("<f", 1)) + b"\0")
+    rows = [struct.pack("<ii", y, 12 * wide) + values[y, :, ::-1].T.astype("<f4").tobytes() for y in range(high)]
+    starts = [len(head) + 8 * high + y * len(rows[0]) for y in range(high)]
+    return head + struct.pack(f"<{high}Q", *starts) + b"".join(rows)
+
+
+def textured(name, **more):
+    return {**SMALL, "objects": [{"type": "sphere", "material": {"diffuse": {"texture": name, **more}}}]}
+
+
 OPAQUE = file_of(NOISE[:, :, :3])
 CLEAR = file_of(NOISE)
 
@@ -136,6 +160,37 @@ class AssetsTest(Test):
         self.assertEqual(self.put(self.daemon, body, "image/vnd.radiance").status, 201)
         self.problem(self.diff(self.daemon, name_of(body), name_of(body)), 422, "scene", "floats")
 
+    def test_materials_have_pictures(self):
+        at = "/objects/0/material/diffuse/texture"
+        wide = file_of(np.roll(NOISE, 3, axis=1))
+        missing = self.daemon.render(textured(name_of(wide)))
+        problem = self.problem(missing, 409, "unknown-data", digest_of(wide), "/v1/assets/")
+        self.assertEqual([error["pointer"] for error in problem["errors"]], [at])
+        self.put(self.daemon, wide)
+        scenes = [textured(name_of(wide)), textured(name_of(wide), tint=0.5),
+                  textured(name_of(wide), channel="A"), textured(name_of(wide), space="lin_rec709")]
+        answers = [self.daemon.render(scene) for scene in scenes]
+        self.assertEqual([answer.status for answer in answers], [200] * 4)
+        self.assertEqual(len({answer.headers["ETag"] for answer in answers}), 4)
+        told = json.loads(self.daemon.post("/v1/explain", scenes[0]).body)
+        told = told["materials"]["groups"][0]["patterns"][0]
+        self.assertEqual([told[key] for key in ("coefficient", "texture", "width", "height", "levels")],
+                         ["diffuse", name_of(wide), 64, 48, 7])
+        self.problem(self.daemon.render(textured("brick.png")), 422, "scene", at)
+        self.problem(self.daemon.render({**scenes[0], "interpolation": "flat"}), 422, "scene", "phong")
+
+    def test_any_picture_is_a_texture(self):
+        broken = NOISE[:5, :7, :3] / np.float32(100)
+        broken[2, 3], broken[4, 0, 1], broken[1, 1, 2] = np.nan, np.inf, -1e30
+        pictures = [file_of(NOISE[:1, :1, 0]), file_of(NOISE[:, :1, 0].astype(np.uint16) * 257),
+                    file_of(NOISE[:1, :, :3]), file_of(NOISE[:7, :5, :3], "JPEG"), floats(broken)]
+        for body in pictures:
+            self.assertIn(self.put(self.daemon, body).status, (201, 204))
+            answer = self.daemon.render(textured(name_of(body), uv={"scale": [3, 0.01], "rotate": 77}))
+            self.assertEqual(answer.status, 200, answer.body)
+            warning = answer.headers["Shaded-Warning"]
+            self.assertEqual("5 samples" in (warning or ""), body is pictures[-1], warning)
+
     def test_they_stay_below_the_cap(self):
         for shift in range(28):
             body = file_of(np.roll(NOISE, shift, axis=0))
@@ -170,9 +225,13 @@ class FolderTest(Test):
             (assets / "stone.png").write_bytes(CLEAR)
             (assets / "brick.png").write_bytes(CLEAR)
             self.problem(self.diff(daemon, "brick.png", "stone.png"), 422, "scene", "/b")
+            before = daemon.render(textured("brick.png"))
             daemon.signal(signal.SIGHUP)
             wait_until(lambda: daemon.events("reloaded"))
             self.assertEqual(json.loads(self.diff(daemon, "brick.png", "stone.png").body)["differing"], 0)
+            after, same = (daemon.render(textured(name)) for name in ("brick.png", "stone.png"))
+            self.assertNotEqual(before.headers["ETag"], after.headers["ETag"])
+            self.assertEqual(after.headers["ETag"], same.headers["ETag"])
         done = subprocess.run([BUILD / "shaded", "--listen", "127.0.0.1:0", "--admin", "off", "--assets",
                                self.folder / "none"], capture_output=True, check=False, env=environment())
         self.assertEqual(done.returncode, 1)

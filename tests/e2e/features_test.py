@@ -56,6 +56,12 @@ class Features(unittest.TestCase):
         self.daemon.call("PUT", f"/v1/assets/{digest}", photo, {"Content-Type": "image/webp"})
         return self.daemon.post("/v1/fit", {"scene": scene, "photo": "sha256-" + digest})
 
+    def texture(self):
+        picture = self.daemon.render(SMALL).body
+        digest = hashlib.sha256(picture).hexdigest()
+        self.daemon.call("PUT", f"/v1/assets/{digest}", picture, {"Content-Type": "image/png"})
+        return self.daemon.render(with_material(diffuse={"texture": "sha256-" + digest}))
+
     def put_scene(self):
         return self.daemon.call("PUT", "/v1/scenes", json.dumps(SMALL), {"Content-Type": "application/json"})
 
@@ -76,6 +82,7 @@ class Features(unittest.TestCase):
             "fit": self.fit,
             "diff": lambda: post("/v1/diff", {"a": SMALL, "b": SMALL}),
             "explain": lambda: post("/v1/explain", SMALL),
+            "specular-antialiasing": lambda: render(with_material(specular=0.5, specularAntialiasing=True)),
             "layers": lambda: render(with_output(format="exr", layers=["depth"])),
             "links": lambda: self.daemon.get(f"/v1/scene/{packed(SMALL)}.png"),
             "meshes": self.put_mesh,
@@ -93,6 +100,7 @@ class Features(unittest.TestCase):
             "turntable": lambda: post("/v1/batch", {"scene": SMALL, "turntable": {"frames": 2}}),
             "sweep": lambda: post("/v1/batch", {"scene": with_material(shininess=3),
                                                 "sweep": {"/objects/0/material/shininess": [3, 9]}}),
+            "textures": self.texture,
             "trace": lambda: render({**SMALL, "trace": {"shadows": True}}),
         }
 

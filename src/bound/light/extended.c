@@ -169,7 +169,8 @@ static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *
 
 bool shd_errs_otherwise(const shd_plan *plan) {
     if (!plan->extended) return false;
-    if (plan->scene->trace.depth || plan->bins || plan->scene->backdrop) return true;
+    if (plan->scene->trace.depth || plan->bins || plan->scene->backdrop || plan->antialiased)
+        return true;
     for (size_t j = 0; j < plan->light_count; j++)
         if (plan->lights[j].shape || plan->lights[j].environment) return true;
     for (size_t m = 0; m < plan->scene->material_count; m++)
@@ -253,10 +254,12 @@ static double divided_by_alpha(const shd_plan *plan, shd_brought all) {
     for (size_t i = 0; i < scene->object_count && scene->transparent; i++) {
         if (!shd_lets_through(plan, i)) continue;
         const double mean = shd_mean_share(plan, shd_coefficients_of(plan, i).opacity);
-        if (mean > 0) least = shd_smaller(least, mean);
+        const bool varies = plan->materials[plan->objects[i].material].from->opacity_texture;
+        if (mean > 0 || varies) least = shd_smaller(least, mean);
         any = true;
     }
     if (!any) return all.error;
+    if (!(least > 0)) return INFINITY; /* where a pattern lets nearly all through */
     const double alpha = 0x1p-47 / least + (scene->raster.samples + 6) * 0x1p-24;
     return least > 1e-30 ? 3 * (all.error + alpha * all.most) : INFINITY;
 }

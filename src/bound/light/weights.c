@@ -3,6 +3,7 @@
 
 #include "bound/light/error.h"
 #include "plan/peaks.h"
+#include "plan/spread.h"
 
 static shd_weight weigh_diffuse(const shd_plan_material *m, const shd_glance *g) {
     const double facing = g->lit.facing_high;
@@ -113,11 +114,8 @@ static shd_weight weigh_westin(const shd_plan_material *m, const shd_glance *g) 
         most * facing, shd_smaller(facing * shd_smaller(moved, most) + most * (off + 1e-12), most)};
 }
 
-shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glance *g,
-                         size_t lights) {
-    if (m->model == SHD_MODEL_WESTIN) return weigh_westin(m, g);
-    if (term == 0) return weigh_diffuse(m, g);
-    const double shininess = m->lobes[term - 1].shininess;
+static shd_weight weigh_lobe(const shd_plan_material *m, double shininess, const shd_glance *g,
+                             size_t lights) {
     switch (m->model) {
     case SHD_MODEL_BLINN_PHONG:
         return weigh_blinn(shininess, g, lights);
@@ -130,4 +128,54 @@ shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glan
     default:
         return (shd_weight){INFINITY, INFINITY};
     }
+}
+
+/* By how much of itself the variance of a widened lobe errs. How a normal turns is divided by N.V,
+ * or SHD_BENT_STEEPEST, of which directions are a part of g->direction / N.V; the product of both
+ * variances is the square of a cross product, whose rounding is some of their sum, which is sqrt(n
+ * + 2) of what it is added to at most. Triangles have sides that are 1e-4 from parallel at least
+ * (shade/bend.h). */
+static double variance_error(double variance, const shd_glance *g) {
+    static const double TRIANGLES = 1e-7;
+    const double view = shd_larger(g->view, SHD_BENT_STEEPEST);
+    return shd_smaller(TRIANGLES + 32 * g->direction / view + 1e-14 / sqrt(variance), 1);
+}
+
+/* What errs by r of its variance v has n' + 2 = 1 / v that errs by r of itself.
+ * - (n' + 1) x^n' / (n + 1) has the slope x^n' (1 + (n' + 1) log x) / (n + 1), and y e^-y is 1 / e
+ *   at most, so that it errs by (n' + 2) r / (n + 1), which is 1.5 r at most from 1 on.
+ * - pi c x^n' / E, no factor of which is more than (n + 2) / 2, errs by x^n' log x as above, and by
+ *   E: the slope of its logarithm is a mean of log(R.V), weighed by E's own lobe, and 2 / (n' + 1)
+ *   at most. Both together are less than 4 (n + 2) r.
+ * - Of facets, D has the slope D (x / m^2 - 1) by the logarithm of m^2, where (1 + x)^2 is 2 + 2
+ * x^2 at most: (0.74 + 2.7 m^4) / m^2 and D itself. */
+static double sharpness_error(const shd_plan_material *m, double shininess, double off,
+                              const shd_glance *g) {
+    if (m->model == SHD_MODEL_PHONG_NORMALIZED) return 4 * (shininess + 2) * off;
+    if (m->model != SHD_MODEL_COOK_TORRANCE) return 1.5 * off;
+    const double square = shininess * shininess,
+                 steep = (0.74 + 2.7 * square * square) / square + shd_facets_most(shininess);
+    return steep * shd_smaller(1 / g->view, 2 / g->half) / 4 * off;
+}
+
+/* A lobe that may be any between two, each of which bends most or least in all that errs. Rays that
+ * the eye does not see find it as it is. */
+static shd_weight weigh_widened(const shd_plan_material *m, double shininess, const shd_glance *g,
+                                size_t lights) {
+    const double widest = shd_widest(m->model, shininess);
+    const shd_weight sharp = weigh_lobe(m, shininess, g, lights),
+                     blunt = weigh_lobe(m, widest, g, lights);
+    const double off = variance_error(shd_variance_of(m->model, shininess), g),
+                 most = shd_larger(sharp.most, blunt.most);
+    return (shd_weight){most, sharp.error + blunt.error + sharpness_error(m, shininess, off, g) +
+                                  sharpness_error(m, widest, off, g)};
+}
+
+shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glance *g,
+                         size_t lights) {
+    if (m->model == SHD_MODEL_WESTIN) return weigh_westin(m, g);
+    if (term == 0) return weigh_diffuse(m, g);
+    const double shininess = m->lobes[term - 1].shininess;
+    return m->antialiased ? weigh_widened(m, shininess, g, lights)
+                          : weigh_lobe(m, shininess, g, lights);
 }

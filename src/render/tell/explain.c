@@ -119,13 +119,12 @@ static json_t *tell_noise(const shd_plan *plan, size_t material) {
     return json_pack("{sf sf}", "rms", noise.rms, "max", noise.max);
 }
 
-static json_t *tell_texture(const shd_plan_textures *textures, const shd_plan_slot *slot) {
-    const shd_pattern *pattern = &textures->patterns[slot->pattern];
+static json_t *tell_texture(const shd_pattern *pattern, const char *name) {
     const shd_pyramid *picture = pattern->picture;
     if (!picture) return json_pack("{ss}", "pattern", shd_pattern_names[pattern->kind]);
     const shd_texels *texels = picture->texels;
     const size_t bytes = shd_texels_size(texels) + shd_pyramid_size(texels);
-    return json_pack("{ss sI sI sI sI}", "texture", slot->name, "width", (json_int_t)texels->width,
+    return json_pack("{ss sI sI sI sI}", "texture", name, "width", (json_int_t)texels->width,
                      "height", (json_int_t)texels->height, "levels", (json_int_t)picture->count,
                      "bytes", (json_int_t)bytes);
 }
@@ -141,10 +140,15 @@ static json_t *tell_patterns(const shd_plan_material *material) {
                          : slot->of == SHD_SLOT_AMBIENT ? "ambient"
                          : slot->term                   ? "specular"
                                                         : "diffuse";
-        json_t *told = tell_texture(textures, slot);
+        json_t *told = tell_texture(&textures->patterns[slot->pattern], slot->name);
         json_object_set_new(told, "coefficient", json_string(of));
         if (slot->of == SHD_SLOT_TERM && slot->term)
             json_object_set_new(told, "lobe", json_integer((json_int_t)slot->term - 1));
+        json_array_append_new(list, told);
+    }
+    if (textures->opacity) {
+        json_t *told = tell_texture(&textures->opacity->pattern, textures->opacity->name);
+        json_object_set_new(told, "coefficient", json_string("opacity"));
         json_array_append_new(list, told);
     }
     return list;
@@ -163,13 +167,13 @@ static json_t *tell_materials(const shd_plan *plan) {
         if (material->lobe_count) json_array_append_new(terms, json_string("specular"));
         for (size_t k = 0; k < material->lobe_count; k++)
             json_array_append_new(shininess, json_real(material->lobes[k].shininess));
-        json_array_append_new(list, json_pack("{ss ss so so sI so* so*}", "material",
-                                              scene->materials[group->material].name, "model",
-                                              shd_model_names[material->model], "terms", terms,
-                                              "shininess", shininess, "lights",
-                                              (json_int_t)group->light_count, "noise",
-                                              tell_noise(plan, group->material), "patterns",
-                                              tell_patterns(material)));
+        json_t *told = json_pack(
+            "{ss ss so so sI so* so*}", "material", scene->materials[group->material].name, "model",
+            shd_model_names[material->model], "terms", terms, "shininess", shininess, "lights",
+            (json_int_t)group->light_count, "noise", tell_noise(plan, group->material), "patterns",
+            tell_patterns(material));
+        if (material->antialiased) json_object_set_new(told, "specularAntialiasing", json_true());
+        json_array_append_new(list, told);
     }
     return json_pack("{sI so}", "given", (json_int_t)scene->material_count, "groups", list);
 }

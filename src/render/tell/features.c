@@ -11,10 +11,12 @@
 /* What every build of this version has, if it is not told to keep nothing. Of each:
  * tests/e2e/features_test.py asks for it. */
 static const char *const names[] = {
-    "analyze",       "assets",     "batch",    "bound-layer", "brdf",     "budget", "codec-budget",
-    "compare",       "css-colors", "diff",     "explain",     "fit",      "layers", "links",
-    "meshes",        "opacity",    "outputs",  "patterns",    "preview",  "region", "scenes",
-    "shared-meshes", "sheet",      "spectral", "sweep",       "textures", "trace",  "turntable",
+    "analyze", "assets",        "batch",    "bound-layer", "brdf",
+    "budget",  "codec-budget",  "compare",  "css-colors",  "diff",
+    "explain", "fit",           "layers",   "links",       "meshes",
+    "opacity", "outputs",       "patterns", "preview",     "region",
+    "scenes",  "shared-meshes", "sheet",    "spectral",    "specular-antialiasing",
+    "sweep",   "textures",      "trace",    "turntable",
 };
 
 /* Whether it has nowhere to keep what the feature stands for. */

@@ -47,8 +47,8 @@ static void say_tier(json_t *words, const shd_explained *e) {
     if (plan->extended)
         say_line(
             words,
-            "Tier %s: the only one for models beside Phong's, lights with a shape, traced rays "
-            "and spectra.",
+            "Tier %s: the only one for models beside Phong's, lights with a shape, traced rays, "
+            "spectra and specular antialiasing.",
             tier);
     else if (strcmp(tier, shd_asked_tier(accuracy)))
         say_line(words, "Tier %s, with %s kernels: %s was asked for, and would not be faster.",

@@ -50,13 +50,14 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
     if (plan->tier == SHD_EXACT) {
         int32_t objects[BLOCK];
         for (size_t i = 0; i < BLOCK; i++) objects[i] = l->object;
-        const shd_points64 points = {count,
-                                     {d[0], d[1], d[2]},
-                                     {d[3], d[4], d[5]},
-                                     {d[6], d[7], d[8]},
-                                     objects,
-                                     facets->triangles ? facets->triangles + first : NULL,
-                                     &s->shadowed};
+        const shd_points64 points = {.count = count,
+                                     .position = {d[0], d[1], d[2]},
+                                     .normal = {d[3], d[4], d[5]},
+                                     .view = {d[6], d[7], d[8]},
+                                     .object = objects,
+                                     .triangle =
+                                         facets->triangles ? facets->triangles + first : NULL,
+                                     .shadowed = &s->shadowed};
         shd_light_sums64(lighting, l->material, which, lights, &points, s->exact, s->exact + 3);
         return;
     }

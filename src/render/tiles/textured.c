@@ -1,6 +1,7 @@
 #include "render/tiles/textured.h"
 
-#include "base/pattern.h"
+#include "render/tiles/seen_by.h"
+#include "shade/beam.h"
 #include "shade/chart.h"
 #include "shade/split32.h"
 #include "shade/texture.h"
@@ -37,50 +38,20 @@ static shd_charted_point point_of(const shd_plan *plan, const shd_hits *hits, si
     return out;
 }
 
-/* ---- Rays. ---- */
-
-typedef struct image_plane {
-    const shd_camera *camera;
-    double side; /* of a pixel on the image plane, at distance 1 or of the view volume */
-    int samples;
-} image_plane;
-
-static image_plane image_plane_of(const shd_scene *scene) {
-    const shd_raster *raster = &scene->raster;
-    return (image_plane){&scene->camera, 2 * shd_half_height(&scene->camera) / raster->height,
-                         raster->samples};
-}
-
-static shd_seen_by see_point(const image_plane *plane, shd_vec3 position, int sample) {
-    const shd_camera *camera = plane->camera;
-    shd_seen_by ray = {.way = shd_scale(camera->back, -1),
-                       .perspective = camera->projection == SHD_PERSPECTIVE};
-    shd_sample_offset(sample, plane->samples, &ray.aside, &ray.below);
-    ray.aside = 0.5 - ray.aside;
-    ray.below = 0.5 - ray.below;
-    double side = plane->side;
-    if (ray.perspective) {
-        ray.way = shd_sub(position, camera->position);
-        side *= -shd_dot(ray.way, camera->back); /* the depth */
-    }
-    ray.right = shd_scale(camera->right, side);
-    ray.down = shd_scale(camera->up, -side);
-    return ray;
-}
-
 /* ---- Weights. ---- */
 
 void shd_textured_weigh(const shd_scenery *scenery, const shd_plan_textures *textures,
                         const shd_hits *hits, size_t first, size_t count, shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
-    const image_plane plane = image_plane_of(plan->scene);
+    const shd_image_plane plane = shd_image_plane_of(plan->scene);
     shd_chart chart = {.object = NULL};
     for (size_t i = 0; i < count; i++) {
         const shd_object *object = &plan->scene->objects[hits->object[first + i]];
         if (i % SHD_LANES == 0 && shd_is_cancelled(plan->cancelled)) return;
         if (chart.object != object) chart = shd_chart_of(object);
         const shd_charted_point point = point_of(plan, hits, first + i);
-        const shd_seen_by ray = see_point(&plane, point.position, s->sample[hits->shot[first + i]]);
+        const shd_seen_by ray =
+            shd_see_point(&plane, point.position, s->sample[hits->shot[first + i]]);
         const shd_footprint uv = shd_chart_footprint(&chart, &point, &ray);
         size_t field = 0;
         for (size_t p = 0; p < textures->pattern_count; p++) {
@@ -90,6 +61,23 @@ void shd_textured_weigh(const shd_scenery *scenery, const shd_plan_textures *tex
             shd_pattern_means(pattern, &uv, means);
             for (int c = 0; c < fields; c++) s->weights[field++][i] = means[c];
         }
+        if (textures->opacity && s->opacity) {
+            double opacity[3];
+            shd_opacity_mean(textures->opacity, &uv, opacity);
+            for (int c = 0; c < 3; c++) s->opacity[c][first + i] = opacity[c];
+        }
+    }
+}
+
+void shd_textured_weigh_beam(const shd_scenery *scenery, const shd_plan_textures *textures,
+                             const shd_beam *beam, shd_tile_scratch *s) {
+    const shd_footprint uv = shd_beam_footprint(scenery->plan->scene, beam);
+    size_t field = 0;
+    for (size_t p = 0; p < textures->pattern_count; p++) {
+        const int fields = shd_pattern_fields(&textures->patterns[p]);
+        double means[3];
+        shd_pattern_means(&textures->patterns[p], &uv, means);
+        for (int c = 0; c < fields; c++) s->beam[field++][0] = means[c];
     }
 }
 

@@ -6,10 +6,15 @@
 
 #include "plan/textures.h"
 #include "render/tiles/tile.h"
+#include "shade/beam.h"
 
-/* Fills s->weights for the hits first .. first + count - 1. */
+/* Fills s->weights for the hits first .. first + count - 1, and s->opacity at their places. */
 void shd_textured_weigh(const shd_scenery *scenery, const shd_plan_textures *textures,
                         const shd_hits *hits, size_t first, size_t count, shd_tile_scratch *s);
+
+/* Fills s->beam for what a beam meets. */
+void shd_textured_weigh_beam(const shd_scenery *scenery, const shd_plan_textures *textures,
+                             const shd_beam *beam, shd_tile_scratch *s);
 
 /* Fills the sums of the material's slots in a plane from its terms, from place `first` on. */
 void shd_textured_sums(const shd_scenery *scenery, const shd_plan_material *material, size_t plane,

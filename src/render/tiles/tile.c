@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "bound/light/weakest.h"
+#include "render/tiles/bent.h"
 #include "render/tiles/far.h"
 #include "render/tiles/film.h"
 #include "render/tiles/radiance.h"
@@ -183,6 +184,10 @@ static void light_exactly(const shd_scenery *scenery, const lit_run *l, size_t p
     const shd_plan *plan = scenery->plan;
     shd_points64 points = points64_of(l->hits, l->first, l->count);
     points.shadowed = &s->shadowed;
+    if (l->material->antialiased) {
+        points.sharp = (const double *const *)s->sharp;
+        points.sharp_at = l->first;
+    }
     const bool light = plan->planes[plane].kind == SHD_LAYER_LIGHT;
     shd_light_sums64(scenery->lighting, l->material, l->which, l->lights, &points,
                      l->material->has_diffuse ? s->exact : NULL, s->exact + 3);
@@ -264,6 +269,8 @@ static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *
                      group->lights, group->light_count};
         if (l.material->textures)
             shd_textured_weigh(scenery, l.material->textures, hits, l.first, l.count, s);
+        if (l.material->antialiased)
+            shd_bent_sharpen(scenery, l.material, hits, l.first, l.count, s);
         s->far.lights = 0;
         cull_lights(scenery, &l, s);
         light_run(scenery, &l, 0, s);

@@ -47,6 +47,9 @@ typedef struct shd_tile_scratch {
     shd_hits again;   /* some of them, in f64 */
     double **exact;   /* of the exact tier: [term][channel] of a run */
     double **weights; /* [plan->max_patterns]: what a run's patterns are at its points */
+    double **opacity; /* [3]: of each hit, if its material's is a texture and rays are followed */
+    double **beam;    /* [plan->max_fields] of 1: what patterns are where a further ray ends */
+    double **sharp;   /* [2 max_lobes]: what lobes are at each hit (shd_points64), if they differ */
     uint32_t *which;  /* lights that may reach a run */
     double *costs;    /* [light_count], for shd_far_gather; NULL: nothing may be left out */
     shd_far far;      /* of the run */

@@ -4,6 +4,7 @@
 
 #include "bound/light/extended.h"
 #include "render/tiles/radiance.h"
+#include "render/tiles/textured.h"
 #include "render/tiles/tinted.h"
 #include "shade/exact.h"
 #include "trace/bounce.h"
@@ -42,7 +43,7 @@ static void light_emitter(const shd_light *light, const shd_surface *at, double 
 }
 
 static void light_point(const void *context, void *scratch, const shd_surface *at,
-                        const shd_meeting *met, double (*into)[3]) {
+                        const shd_meeting *met, double width, double (*into)[3]) {
     const shd_scenery *scenery = context;
     double *out = *into;
     shd_tile_scratch *s = scratch;
@@ -64,22 +65,35 @@ static void light_point(const void *context, void *scratch, const shd_surface *a
                                 {&at->view.x, &at->view.y, &at->view.z},
                                 &index,
                                 &at->triangle,
-                                NULL};
+                                NULL,
+                                NULL,
+                                0};
     float mixed[3], *const to[3] = {&mixed[0], &mixed[1], &mixed[2]};
     shd_light_sums64(scenery->lighting, at->material, object->lights, object->light_count, &point,
                      at->material->has_diffuse ? s->exact : NULL, s->exact + 3);
-    shd_mix_exact(scenery->plan, at->material, 0, s->exact, NULL, 1, to);
+    if (at->material->textures) {
+        const shd_traced *traced = scenery->traced;
+        const shd_beam beam = {at->object,
+                               at->triangle,
+                               at->position,
+                               shd_met_place(traced->bouncing.caster, met).own,
+                               shd_scale(at->view, -1),
+                               width};
+        shd_textured_weigh_beam(scenery, at->material->textures, &beam, s);
+    }
+    shd_mix_exact(scenery->plan, at->material, 0, s->exact, (const double *const *)s->beam, 1, to);
     for (int c = 0; c < 3; c++) out[c] = (double)mixed[c];
 }
 
 /* The same in bins. What is kept of faceted objects is a color, which is lifted as light. */
 static void light_tinted(const void *context, void *scratch, const shd_surface *at,
-                         const shd_meeting *met, double (*out)[3]) {
+                         const shd_meeting *met, double width, double (*out)[3]) {
     const shd_scenery *scenery = context;
     const shd_plan *plan = scenery->plan;
     const shd_light *emitter = plan->scene->objects[at->object].emitter;
     const shd_facets *facets = shd_sight_facets(scenery->sight, at->object);
     (void)scratch;
+    (void)width; /* spectral scenes have no patterns */
     memset(out, 0, plan->bins->count * sizeof *out);
     if (emitter) {
         if (shines_at(emitter, at)) shd_light_in_bins(plan, emitter, out);
@@ -110,7 +124,7 @@ bool shd_traced_make(const shd_plan *plan, const shd_sight *sight, shd_arena *ar
     for (size_t i = 0; bounces && i < plan->scene->object_count; i++) traced->bounces |= bounces[i];
     const shd_strays *strays = traced->bounces ? shd_find_strays(plan, arena) : NULL;
     if (traced->bounces && !strays) return false;
-    void (*const local)(const void *, void *, const shd_surface *, const shd_meeting *,
+    void (*const local)(const void *, void *, const shd_surface *, const shd_meeting *, double,
                         double(*)[3]) = plan->tinted ? light_tinted : light_point;
     traced->bouncing = (shd_bouncing){plan, caster, {scenery, local}, bounces, strays};
     return bounces;
@@ -130,7 +144,8 @@ static shd_vec3 lane_of(double *const v[3], size_t i) {
     return (shd_vec3){v[0][i], v[1][i], v[2][i]};
 }
 
-static shd_surface surface_of(const shd_plan *plan, const shd_hits *hits, size_t i) {
+static shd_surface surface_of(const shd_plan *plan, const shd_hits *hits, size_t i,
+                              const shd_tile_scratch *s) {
     const size_t object = (size_t)hits->object[i];
     shd_surface at = {.position = lane_of(hits->position, i),
                       .normal = lane_of(hits->normal, i),
@@ -138,6 +153,10 @@ static shd_surface surface_of(const shd_plan *plan, const shd_hits *hits, size_t
                       .material = &plan->materials[plan->objects[object].material],
                       .object = object,
                       .triangle = hits->triangle[i]};
+    if (at.material->antialiased) {
+        at.sharp = (const double *const *)s->sharp;
+        at.sharp_at = i;
+    }
     at.mirror = shd_sub(shd_scale(at.normal, 2 * shd_dot(at.normal, at.view)), at.view);
     return at;
 }
@@ -175,11 +194,16 @@ static void note_stray(const shd_bounced *b, float *most) {
 static void bounce_hit(const shd_scenery *scenery, const shd_surface *at, size_t i,
                        shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
-    double local[SHD_BINS_MOST][3];
+    double local[SHD_BINS_MOST][3], own[3];
+    shd_surface seen = *at;
+    if (at->material->textures && at->material->textures->opacity) {
+        for (int c = 0; c < 3; c++) own[c] = s->opacity[c][i];
+        seen.opacity = own;
+    }
     for (int c = 0; c < 3; c++) local[0][c] = (double)s->sums[shd_sum_of(plan, 0, 0, c)][i];
     if (plan->tinted) shd_tinted_hit(scenery, at, s, i, 0, local);
     const shd_bounced b =
-        shd_bounce(&scenery->traced->bouncing, s, s->room, at, (const double(*)[3])local);
+        shd_bounce(&scenery->traced->bouncing, s, s->room, &seen, (const double(*)[3])local);
     s->rays += b.rays;
     s->cut = shd_larger(b.cut, s->cut);
     if (b.edge)
@@ -192,7 +216,7 @@ static void bounce_hit(const shd_scenery *scenery, const shd_surface *at, size_t
         shd_tinted_planes(scenery, at, s, i, b.radiance, local);
         return;
     }
-    const double *opacity = at->material->from->opacity;
+    const double *opacity = seen.opacity ? seen.opacity : at->material->from->opacity;
     for (size_t p = 0; p < plan->plane_count; p++)
         for (int c = 0; c < 3; c++) {
             float *value = &s->sums[shd_sum_of(plan, p, 0, c)][i];
@@ -226,13 +250,13 @@ void shd_trace_hits(const shd_scenery *scenery, const shd_hits *hits, shd_tile_s
     for (size_t i = 0; traced->bounces && i < hits->count; i++) {
         if (shd_is_cancelled(plan->cancelled)) return;
         if (!traced->bouncing.bounces[hits->object[i]]) continue;
-        const shd_surface at = surface_of(plan, hits, i);
+        const shd_surface at = surface_of(plan, hits, i, s);
         bounce_hit(scenery, &at, i, s);
     }
     if (traced->bounces) shd_end(watch, &watch->times.trace);
     for (size_t i = 0; shadows && i < hits->count; i++) {
         if (shd_is_cancelled(plan->cancelled)) return;
-        const shd_surface at = surface_of(plan, hits, i);
+        const shd_surface at = surface_of(plan, hits, i, s);
         store_shadow(scenery, &at, i, s);
     }
     if (shadows) shd_end(watch, &watch->times.shadow);

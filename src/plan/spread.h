@@ -1,0 +1,44 @@
+/* How far highlights may be widened by what surfaces bend within a pixel (shade/bend.h). Kernels
+ * and bounds share these. */
+#pragma once
+
+#include <math.h>
+
+#include "plan/plan.h"
+
+/* No more than this is added to a roughness squared (Tokuyoshi and Kaplanyan: 0.18); lobes around
+ * W, which turns twice as far as normals do, have four times that, as their own roughness is to one
+ * around N.H. */
+static const double SHD_WIDENED_MOST = 0.18;
+
+static inline bool shd_turns_twice(shd_model model) {
+    return model == SHD_MODEL_PHONG || model == SHD_MODEL_PHONG_NORMALIZED;
+}
+
+/* The most that the sum of both variances is. */
+static inline double shd_spread_most(shd_model model) {
+    return (shd_turns_twice(model) ? 4 : 1) * SHD_WIDENED_MOST;
+}
+
+/* Nearer to the silhouette a pixel does not reach farther along the surface. */
+static const double SHD_BENT_STEEPEST = 0.05;
+
+/* Exponents are not lowered below 1, where the edge at R.V = 0 begins to be steep. */
+static const double SHD_BLUNTEST = 1;
+
+/* The exponent, or roughness, of a lobe of such a variance. */
+static inline double shd_sharpness_at(shd_model model, double variance) {
+    return model == SHD_MODEL_COOK_TORRANCE ? sqrt(2 * variance) : 1 / variance - 2;
+}
+
+static inline double shd_variance_of(shd_model model, double shininess) {
+    return model == SHD_MODEL_COOK_TORRANCE ? shininess * shininess / 2 : 1 / (shininess + 2);
+}
+
+/* The other end of what a lobe may become. */
+static inline double shd_widest(shd_model model, double shininess) {
+    const double most = shd_variance_of(model, shininess) + shd_spread_most(model) / 2,
+                 widest = shd_sharpness_at(model, most);
+    if (model == SHD_MODEL_COOK_TORRANCE) return widest;
+    return widest > SHD_BLUNTEST ? widest : shininess < SHD_BLUNTEST ? shininess : SHD_BLUNTEST;
+}
