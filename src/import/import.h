@@ -30,6 +30,7 @@ typedef struct shd_import_texture {
     const shd_model_picture *picture;
     double mean[3]; /* of the picture, or 1: the coefficient over this is the picture's factor */
     double most;    /* what that is cut to */
+    char channel;   /* 'R' or 'A': it is no color, and has no factor; else 0 */
 } shd_import_texture;
 
 /* A material in our terms. */
@@ -38,8 +39,9 @@ typedef struct shd_import_material {
     double ambient[3], emissive[3], opacity, reflection[3], transmission[3], ior;
     bool is_fit; /* an approximation of `foreign` */
     shd_foreign foreign;
-    /* By kind: SHD_MAP_AMBIENT, SHD_MAP_DIFFUSE, SHD_MAP_SPECULAR, SHD_MAP_EMISSIVE. */
-    shd_import_texture textures[SHD_MAP_COLORS];
+    /* By kind: SHD_MAP_AMBIENT, SHD_MAP_DIFFUSE, SHD_MAP_SPECULAR, SHD_MAP_EMISSIVE,
+     * SHD_MAP_OPACITY. */
+    shd_import_texture textures[SHD_MAP_TAKEN];
 } shd_import_material;
 
 /* `phong`: all is to be Phong's model. What pictures do to it is not in it. */

@@ -46,8 +46,9 @@ typedef enum shd_model_map_kind {
     SHD_MAP_EMISSIVE,
     SHD_MAP_COLORS,
     SHD_MAP_OPACITY = SHD_MAP_COLORS, /* MTL's map_d */
-    SHD_MAP_NORMAL,                   /* of the tangent space */
-    SHD_MAP_METAL_ROUGH,              /* glTF: roughness in green, metal in blue */
+    SHD_MAP_TAKEN,
+    SHD_MAP_NORMAL = SHD_MAP_TAKEN, /* of the tangent space */
+    SHD_MAP_METAL_ROUGH,            /* glTF: roughness in green, metal in blue */
     SHD_MAP_KINDS
 } shd_model_map_kind;
 

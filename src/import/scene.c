@@ -75,7 +75,12 @@ static bool put_material(shd_scene_writer *w, const shd_import_material *m) {
         put_facets(out, &m->light);
     else if (!put_lobes(w, m))
         return false;
-    if (m->opacity < 1) fprintf(out, ", \"opacity\": %.6g", m->opacity);
+    if (m->textures[SHD_MAP_OPACITY].map) {
+        fputs(", \"opacity\": ", out);
+        if (!shd_put_texture(w, &m->textures[SHD_MAP_OPACITY], NULL)) return false;
+    } else if (m->opacity < 1) {
+        fprintf(out, ", \"opacity\": %.6g", m->opacity);
+    }
     if (!is_all(m->reflection, 0)) put_color(out, "reflection", m->reflection);
     if (!is_all(m->transmission, 0)) {
         put_color(out, "transmission", m->transmission);
@@ -86,7 +91,8 @@ static bool put_material(shd_scene_writer *w, const shd_import_material *m) {
 }
 
 static bool wants_rays(const shd_import_material *m) {
-    return m->opacity < 1 || !is_all(m->reflection, 0) || !is_all(m->transmission, 0);
+    return m->opacity < 1 || m->textures[SHD_MAP_OPACITY].map || !is_all(m->reflection, 0) ||
+           !is_all(m->transmission, 0);
 }
 
 static void tell_fit(const shd_import_options *options, const char *name,
@@ -253,15 +259,6 @@ static bool put_materials(shd_scene_writer *w) {
     return true;
 }
 
-/* Rays that mirrors and glass send on see no pictures. */
-static void put_trace(const shd_scene_writer *w) {
-    if (w->rays && w->textured)
-        shd_import_note(w->options, "nothing is mirrored or seen through, because pictures are not "
-                                    "seen there: `trace` is left out");
-    else if (w->rays)
-        fputs("  \"trace\": {\"depth\": 8},\n", w->out);
-}
-
 static bool put_meshes(shd_scene_writer *w) {
     const shd_model_mesh *meshes = shd_span_items(w->model, w->model->meshes);
     bool first = true;
@@ -288,7 +285,7 @@ static bool write_scene(shd_scene_writer *w) {
     shd_put_view(w);
     shd_put_lights(w);
     if (!put_materials(w)) return false;
-    put_trace(w);
+    if (w->rays) fputs("  \"trace\": {\"depth\": 8},\n", w->out);
     if (!put_meshes(w)) return false;
     put_objects(w);
     return true;

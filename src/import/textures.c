@@ -32,7 +32,7 @@ static void note_picture(const shd_scene_writer *w, const char *material, shd_sp
         shd_import_note(w->options, "material \"%s\": %s: %s", material, text, plain.text);
 }
 
-/* Why the picture of a color cannot be taken; NULL: it can. */
+/* Why a picture cannot be taken; NULL: it can. */
 static const char *find_obstacle(const shd_scene_writer *w, size_t material,
                                  const shd_model_map *map, const shd_model_picture *picture) {
     if (!picture->bytes.count) return "it cannot be read";
@@ -81,6 +81,17 @@ static void give_texture(const shd_model_material *from, shd_model_map_kind kind
                          const shd_import_texture *texture, shd_import_material *out) {
     const bool is_mtl = from->kind == SHD_MODEL_MTL,
                glows = from->unlit || (is_mtl && !from->illum);
+    if (kind == SHD_MAP_OPACITY) {
+        const bool alpha = texture->picture->measured && texture->picture->mean[3] < 1;
+        out->textures[kind] = *texture;
+        out->textures[kind].channel = alpha ? 'A' : 'R';
+        return;
+    }
+    if (kind == SHD_MAP_DIFFUSE && from->cut_out && from->opacity > 0 &&
+        texture->picture->measured && texture->picture->mean[3] < 1) {
+        out->textures[SHD_MAP_OPACITY] = *texture;
+        out->textures[SHD_MAP_OPACITY].channel = 'A';
+    }
     if (kind == SHD_MAP_DIFFUSE && glows) { /* a color, whatever the light */
         out->textures[SHD_MAP_EMISSIVE] = *texture;
         return;
@@ -97,37 +108,37 @@ static void give_texture(const shd_model_material *from, shd_model_map_kind kind
         out->textures[SHD_MAP_SPECULAR] = *texture;
 }
 
-void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
-                       shd_import_material *out) {
-    const shd_model_material *materials = shd_span_items(w->model, w->model->materials);
-    const shd_model_material *from = &materials[index];
-    shd_model_material even = *from;
-    shd_import_texture taken[SHD_MAP_COLORS] = {{NULL}};
-    float *const colors[] = {even.ambient, even.diffuse, even.specular, even.emissive};
-    for (int kind = 0; kind < SHD_MAP_KINDS; kind++) {
-        const shd_model_map *map = &from->maps[kind];
-        const shd_model_picture *picture = picture_of(w, map);
-        if (!picture || kind == SHD_MAP_METAL_ROUGH) continue;
-        char text[160];
-        double mean[3];
-        const char *why = "scenes have no such thing";
-        if (kind < SHD_MAP_COLORS) {
-            take_mean(picture, colors[kind], mean);
-            why = find_obstacle(w, index, map, picture);
-        }
-        if (!why) {
-            taken[kind] = (shd_import_texture){map, picture, {mean[0], mean[1], mean[2]}, HUGE_VAL};
-            continue;
-        }
-        const bool stands_in = kind < SHD_MAP_COLORS && picture->measured;
-        snprintf(text, sizeof text, "the picture of its %s is left out%s, because %s", uses[kind],
-                 stands_in ? " but for its mean" : "", why);
-        note_picture(w, name, picture->name, text);
+/* Looks at the picture of one use: it is taken, or leaves its mean in `color` (NULL: it is of no
+ * color). */
+static void consider_map(const shd_scene_writer *w, size_t material, const char *name,
+                         shd_model_map_kind kind, float *color, const shd_model_map *map,
+                         shd_import_texture *out) {
+    const shd_model_picture *picture = picture_of(w, map);
+    char text[160];
+    double mean[3] = {1, 1, 1};
+    if (!picture) return;
+    if (color) take_mean(picture, color, mean);
+    const char *why = kind < SHD_MAP_TAKEN ? find_obstacle(w, material, map, picture)
+                                           : "scenes have no such thing";
+    if (!why) {
+        *out = (shd_import_texture){map, picture, {mean[0], mean[1], mean[2]}, HUGE_VAL, 0};
+        return;
     }
+    snprintf(text, sizeof text, "the picture of its %s is left out%s, because %s", uses[kind],
+             color && picture->measured ? " but for its mean" : "", why);
+    note_picture(w, name, picture->name, text);
+}
+
+/* What pictures cannot do that were taken, or not. */
+static void tell_losses(const shd_scene_writer *w, const char *name, const shd_model_material *from,
+                        const shd_import_material *made) {
     const shd_model_picture *base = picture_of(w, &from->maps[SHD_MAP_DIFFUSE]);
-    if (base && from->cut_out && base->measured && base->mean[3] < 1)
+    const bool clear = made->textures[SHD_MAP_OPACITY].map;
+    if (base && from->cut_out && base->measured && base->mean[3] < 1 && !clear)
         note_picture(w, name, base->name, "the alpha of its base color is left out");
-    take_metal_rough(w, name, &even);
+    if (clear && from->opacity < 1)
+        shd_import_note(w->options, "material \"%s\": the factor of its opacity, %.3g, is left out",
+                        name, (double)from->opacity);
     if (from->strength_lost)
         shd_import_note(w->options,
                         "material \"%s\": its emissiveStrength is left out, because "
@@ -135,9 +146,25 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
                         name);
     if (from->others.count)
         note_picture(w, name, from->others, "pictures of other uses are left out");
+}
+
+void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
+                       shd_import_material *out) {
+    const shd_model_material *materials = shd_span_items(w->model, w->model->materials);
+    const shd_model_material *from = &materials[index];
+    shd_model_material even = *from;
+    shd_import_texture taken[SHD_MAP_TAKEN] = {{NULL}}, none;
+    float *const colors[SHD_MAP_COLORS] = {even.ambient, even.diffuse, even.specular,
+                                           even.emissive};
+    for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
+        consider_map(w, index, name, (shd_model_map_kind)kind,
+                     kind < SHD_MAP_COLORS ? colors[kind] : NULL, &from->maps[kind], &taken[kind]);
+    consider_map(w, index, name, SHD_MAP_NORMAL, NULL, &from->maps[SHD_MAP_NORMAL], &none);
+    take_metal_rough(w, name, &even);
     shd_import_material_of(&even, w->options->phong, out);
-    for (int kind = 0; kind < SHD_MAP_COLORS; kind++)
+    for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
         if (taken[kind].map) give_texture(&even, (shd_model_map_kind)kind, &taken[kind], out);
+    tell_losses(w, name, from, out);
 }
 
 /* ---- Writing ---- */
@@ -156,20 +183,27 @@ static bool keep_picture(shd_scene_writer *w, const shd_import_texture *texture,
     return !w->cancelled;
 }
 
+static void put_factor(shd_scene_writer *w, const shd_import_texture *texture,
+                       const double rgb[3]) {
+    double tint[3];
+    for (int c = 0; c < 3; c++) tint[c] = fmin(rgb[c] / texture->mean[c], texture->most);
+    if (!shd_format_get(format_of(w, texture->picture))->linear)
+        fputs(", \"space\": \"sRGB\"", w->out);
+    fputs(", \"tint\": ", w->out);
+    shd_put_numbers(w->out, tint, 3);
+}
+
 bool shd_put_texture(shd_scene_writer *w, const shd_import_texture *texture, const double rgb[3]) {
     static const char *const wraps[] = {
         [SHD_MODEL_REPEAT] = "repeat", [SHD_MODEL_CLAMP] = "clamp", [SHD_MODEL_MIRROR] = "mirror"};
     const shd_model_map *map = texture->map;
-    const shd_format format = format_of(w, texture->picture);
     char *digits;
-    double tint[3];
     if (!keep_picture(w, texture, &digits)) return false;
-    for (int c = 0; c < 3; c++) tint[c] = fmin(rgb[c] / texture->mean[c], texture->most);
-    w->textured = true;
     fprintf(w->out, "{\"texture\": \"sha256-%s\"", digits);
-    if (!shd_format_get(format)->linear) fputs(", \"space\": \"sRGB\"", w->out);
-    fputs(", \"tint\": ", w->out);
-    shd_put_numbers(w->out, tint, 3);
+    if (texture->channel)
+        fprintf(w->out, ", \"channel\": \"%c\"", texture->channel);
+    else
+        put_factor(w, texture, rgb);
     fprintf(w->out, ", \"uv\": {\"wrap\": \"%s\"", wraps[map->wrap]);
     if (map->scale[0] != 1 || map->scale[1] != 1) {
         fputs(", \"scale\": ", w->out);

@@ -20,7 +20,7 @@ typedef struct shd_scene_writer {
     bool *object_used;               /* whether it has an inverse */
     bool *material_bare;             /* a mesh that it is used on has no uvs */
     shd_kept_picture *pictures;      /* by their index; digits are "" until a file is kept */
-    bool rays, textured;             /* whether a material wants rays, or follows a picture */
+    bool rays;                       /* whether a material wants them */
     bool cancelled;
 } shd_scene_writer;
 
@@ -42,7 +42,8 @@ void shd_put_numbers(FILE *out, const double *values, size_t count);
 void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
                        shd_import_material *out);
 
-/* A coefficient that follows a picture, whose file is kept. False: out of memory, or cancelled. */
+/* A coefficient (an opacity, without `rgb`) that follows a picture, whose file is kept. False: out
+ * of memory, or cancelled. */
 bool shd_put_texture(shd_scene_writer *w, const shd_import_texture *texture, const double rgb[3]);
 
 /* ---- view.c: members of the scene ---- */

@@ -408,30 +408,40 @@ class Textures(Case):
             self.assertEqual(list((self.folder / "assets").iterdir()), [])
             self.assertEqual(self.shade("check", "scene.json").returncode, 0)
 
-    def test_alpha_of_pictures_is_told(self):
+    def test_alpha_of_pictures_is_opacity(self):
         clear = picture([[1, 2, 3, 255], [1, 2, 3, 0]])
-        for mode, told in ("OPAQUE", False), ("MASK", True), ("BLEND", True):
+        for mode, counts in ("OPAQUE", False), ("MASK", True), ("BLEND", True):
             material = {"name": "leaf", "alphaMode": mode, "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
             _, said = self.load("model.gltf", textured(material, images=[clear]))
-            self.assertEqual("alpha of its base color is left out: picture-0" in said, told)
+            self.assertEqual("alpha of its base color is left out: picture-0" in said, counts)
+            scene, said = self.load("model.gltf", textured(material, images=[clear]), "--assets", "assets")
+            leaf = scene["materials"]["leaf"]
+            self.assertEqual(leaf.get("opacity"), {"texture": leaf["diffuse"]["texture"], "channel": "A",
+                                                   "uv": {"wrap": "repeat"}} if counts else None)
+            self.assertEqual(scene.get("trace"), {"depth": 8} if counts else None)
+            self.assertEqual(self.shade("check", "scene.json", "--assets", "assets").returncode, 0)
+        material["pbrMetallicRoughness"]["baseColorFactor"] = [1, 1, 1, 0.5]
+        _, said = self.load("model.gltf", textured(material, images=[clear]), "--assets", "assets")
+        self.assertIn("factor of its opacity, 0.5, is left out", said)
 
     def test_mtl_names_files(self):
         (self.folder / "a b.png").write_bytes(LEFT_RED)
         (self.folder / "c.png").write_bytes(HALF_METAL)
         (self.folder / "model.mtl").write_text(
             "newmtl a\nKa 1 1 1\nKd 0.5 1 1\nKs 1 1 1\nKe 1 1 1\nNs 9\nillum 2\nmap_Kd -clamp on a b.png\nmap_Ks C:\\x\\c.png\n"
-            "map_Ke c.png\nmap_Ka /etc/hostname\nmap_d model.mtl\nnewmtl b\nKd 1 1 1\nillum 0\nmap_Kd c.png\n")
+            "map_Ke c.png\nmap_Ka /etc/hostname\nmap_d c.png\nnewmtl b\nKd 1 1 1\nillum 0\nmap_Kd c.png\n")
         faces = "mtllib model.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n"
         scene, said = self.load("model.obj", faces + "usemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 1/1 2/2 3/3\n",
                                 "--assets", "assets")
         self.assertIn("ambient color is left out, because it cannot be read: /etc/hostname", said)
-        self.assertIn("opacity is left out", said)
         a, b = scene["materials"]["a"], scene["materials"]["b"]
         self.assertEqual((self.kept(a["diffuse"]), a["diffuse"]["tint"]), (LEFT_RED, [0.5, 1, 1]))
         self.assertEqual((self.kept(a["specular"]), a["specular"]["tint"], a["shininess"]), (HALF_METAL, [1, 1, 1], 9))
         self.assertEqual((self.kept(a["emissive"]), a["diffuse"]["uv"]), (HALF_METAL, {"wrap": "clamp"}))
         self.assertEqual((a["ambient"], b["diffuse"], self.kept(b["emissive"])), ([1, 1, 1], [0, 0, 0], HALF_METAL))
+        self.assertEqual((self.kept(a["opacity"]), a["opacity"]["channel"]), (HALF_METAL, "R"))
         self.assertEqual(len(list((self.folder / "assets").iterdir())), 2)
+        self.assertEqual(self.shade("check", "scene.json", "--assets", "assets").returncode, 0)
 
 
 # ---- How near the fits are ----
