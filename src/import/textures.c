@@ -153,7 +153,7 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
     const shd_model_material *materials = shd_span_items(w->model, w->model->materials);
     const shd_model_material *from = &materials[index];
     shd_model_material even = *from;
-    shd_import_texture taken[SHD_MAP_TAKEN] = {{NULL}}, none;
+    shd_import_texture taken[SHD_MAP_TAKEN] = {{.map = NULL}}, none;
     float *const colors[SHD_MAP_COLORS] = {even.ambient, even.diffuse, even.specular,
                                            even.emissive};
     for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
