@@ -76,6 +76,10 @@ static void take_metal_rough(const shd_scene_writer *w, const char *name, shd_mo
 
 /* ---- Materials ---- */
 
+static bool mirrors_base(const shd_model_material *from) {
+    return from->kind == SHD_MODEL_METAL_ROUGH && from->metallic > 0.5f;
+}
+
 /* Which of our coefficients follow the picture of a color of the file. */
 static void give_texture(const shd_model_material *from, shd_model_map_kind kind,
                          const shd_import_texture *texture, shd_import_material *out) {
@@ -92,8 +96,8 @@ static void give_texture(const shd_model_material *from, shd_model_map_kind kind
         out->textures[SHD_MAP_OPACITY] = *texture;
         out->textures[SHD_MAP_OPACITY].channel = 'A';
     }
-    if (kind == SHD_MAP_DIFFUSE && glows) { /* a color, whatever the light */
-        out->textures[SHD_MAP_EMISSIVE] = *texture;
+    if (glows) { /* a color, whatever the light */
+        if (kind == SHD_MAP_DIFFUSE) out->textures[SHD_MAP_EMISSIVE] = *texture;
         return;
     }
     out->textures[kind] = *texture;
@@ -103,8 +107,7 @@ static void give_texture(const shd_model_material *from, shd_model_map_kind kind
     if (from->kind == SHD_MODEL_METAL_ROUGH) out->textures[kind].most = 1;
     if (!is_mtl) out->textures[SHD_MAP_AMBIENT] = *texture;
     /* A metal mirrors its base color, which only Phong's lobes can take from a picture. */
-    if (from->kind == SHD_MODEL_METAL_ROUGH && from->metallic > 0.5f &&
-        out->light.model == SHD_NATIVE_PHONG)
+    if (mirrors_base(from) && out->light.model == SHD_NATIVE_PHONG)
         out->textures[SHD_MAP_SPECULAR] = *texture;
 }
 
@@ -132,6 +135,11 @@ static void consider_map(const shd_scene_writer *w, size_t material, const char 
 /* What pictures cannot do that were taken, or not. */
 static void tell_losses(const shd_scene_writer *w, const char *name, const shd_model_material *from,
                         const shd_import_material *made) {
+    const shd_import_texture *mirrored =
+        &made->textures[mirrors_base(from) ? SHD_MAP_DIFFUSE : SHD_MAP_SPECULAR];
+    if (mirrored->map && made->light.model == SHD_NATIVE_COOK_TORRANCE)
+        note_picture(w, name, mirrored->picture->name,
+                     "what it mirrors has the mean color of its picture");
     const shd_model_picture *base = picture_of(w, &from->maps[SHD_MAP_DIFFUSE]);
     const bool clear = made->textures[SHD_MAP_OPACITY].map;
     if (base && from->cut_out && base->measured && base->mean[3] < 1 && !clear)
@@ -164,7 +172,7 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
     shd_import_material_of(&even, w->options->phong, out);
     for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
         if (taken[kind].map) give_texture(&even, (shd_model_map_kind)kind, &taken[kind], out);
-    tell_losses(w, name, from, out);
+    tell_losses(w, name, &even, out);
 }
 
 /* ---- Writing ---- */

@@ -359,11 +359,12 @@ class Textures(Case):
         for lobe in (gold, *gold["lobes"]):
             red, green, blue = lobe["specular"]["tint"]
             np.testing.assert_allclose([green / red, blue / red], [0.5, 0.25], rtol=1e-6)
-        scene, _ = self.load("model.gltf", textured(material), "--assets", "assets")
+        scene, said = self.load("model.gltf", textured(material), "--assets", "assets")
+        self.assertIn("what it mirrors has the mean color of its picture: picture-0", said)
         self.assertEqual(scene["materials"]["gold"]["fresnel"]["f0"], [0.5, 0.25, 0.125])
 
     def test_pictures_are_seen_upright(self):
-        material = {"name": "wood", "extensions": {"KHR_materials_unlit": {}},
+        material = {"name": "wood", "extensions": {"KHR_materials_unlit": {}}, "emissiveTexture": {"index": 1},
                     "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
         scene, _ = self.load("model.gltf", textured(material, samplers=[{"wrapS": 33071, "wrapT": 33071}]),
                              "--assets", "assets")
