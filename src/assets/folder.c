@@ -128,6 +128,16 @@ bool shd_asset_find(const shd_asset_folder *folder, const char *name, size_t *in
     return found;
 }
 
+bool shd_asset_find_digits(const shd_asset_folder *folder, const char *digits, size_t *index) {
+    const size_t length = strlen(digits);
+    for (size_t i = 0; i < folder->count; i++) {
+        if (strncmp(folder->names[i], digits, length) || folder->names[i][length] != '.') continue;
+        *index = i;
+        return true;
+    }
+    return false;
+}
+
 /* ---- Files ---- */
 
 bool shd_asset_known(shd_asset_folder *folder, size_t index, shd_digest *out) {

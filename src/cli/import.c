@@ -10,9 +10,9 @@
 enum { SECONDS = 120, LEAST_MEMORY = 1 << 30 };
 
 typedef struct importing {
-    const char *model; /* as messages call it */
-    const char *folder;
-    size_t kept; /* meshes that were written */
+    const char *model;             /* as messages call it */
+    const char *meshes, *pictures; /* folders */
+    size_t kept, shown;            /* meshes and pictures that were written */
 } importing;
 
 static void print_note(void *context, const char *text) {
@@ -20,30 +20,53 @@ static void print_note(void *context, const char *text) {
     fprintf(stderr, "note: %s: %s\n", it->model, text);
 }
 
-/* Meshes are named by what they hold: one that is there is the same. */
-static bool write_mesh(void *context, const void *bytes, size_t size, const char *digest) {
-    importing *it = context;
+/* Files are named by what they hold: one that is there is the same. */
+static bool write_into(const char *folder, const char *digest, const char *suffix,
+                       const void *bytes, size_t size) {
     cli_file file;
     char *path;
-    const size_t length = strlen(it->folder);
-    const char *slash = length && it->folder[length - 1] == '/' ? "" : "/";
-    if (asprintf(&path, "%s%s%s", it->folder, slash, digest) < 0) {
+    const size_t length = strlen(folder);
+    const char *slash = length && folder[length - 1] == '/' ? "" : "/";
+    if (asprintf(&path, "%s%s%s%s%s", folder, slash, digest, *suffix ? "." : "", suffix) < 0) {
         cli_say("out of memory");
         return false;
     }
     const bool written = cli_file_write(path, bytes, size, &file) && cli_file_commit(&file);
-    it->kept += written;
     free(path);
     return written;
 }
 
-static void tell_how_to_put(const importing *it) {
+static bool write_mesh(void *context, const void *bytes, size_t size, const char *digest) {
+    importing *it = context;
+    const bool written = write_into(it->meshes, digest, "", bytes, size);
+    it->kept += written;
+    return written;
+}
+
+static bool write_picture(void *context, const void *bytes, size_t size, const char *digest,
+                          const char *suffix) {
+    importing *it = context;
+    const bool written = write_into(it->pictures, digest, suffix, bytes, size);
+    it->shown += written;
+    return written;
+}
+
+static void tell_how_to_put_meshes(const importing *it) {
     fprintf(
         stderr,
         "note: %s: its meshes are in '%s', for a daemon to keep:\n"
         "  for mesh in '%s'/*; do curl -fT \"$mesh\" -H 'Content-Type: application/octet-stream' "
         "http://127.0.0.1:8080/v1/meshes/${mesh##*/}; done\n",
-        it->model, it->folder, it->folder);
+        it->model, it->meshes, it->meshes);
+}
+
+static void tell_how_to_put_pictures(const importing *it) {
+    fprintf(stderr,
+            "note: %s: its pictures are in '%s', for --assets, or for a daemon to keep:\n"
+            "  for picture in '%s'/*; do name=${picture##*/}; curl -fT \"$picture\" -H "
+            "'Content-Type: application/octet-stream' "
+            "http://127.0.0.1:8080/v1/assets/${name%%.*}; done\n",
+            it->model, it->pictures, it->pictures);
 }
 
 static bool has_suffix(const char *path, const char *const *suffixes) {
@@ -110,15 +133,19 @@ int cli_import(const char *path, const cli_options *options) {
     if (!is_model && !has_suffix(path, materials))
         return cli_usage("unknown suffix in '%s': obj, gltf, glb, ply, stl and json are known",
                          path);
-    importing it = {.model = path, .folder = options->meshes};
+    importing it = {.model = path, .meshes = options->meshes, .pictures = options->engine.assets};
     const shd_import_options import = {.phong = options->phong,
-                                       .keep = it.folder ? write_mesh : NULL,
+                                       .keep = it.meshes ? write_mesh : NULL,
+                                       .picture = it.pictures ? write_picture : NULL,
                                        .note = print_note,
                                        .context = &it};
-    if (!is_model && it.folder) return cli_usage("--meshes is for models");
-    if (it.folder && !cli_make_folder(it.folder)) return CLI_FAILED;
+    if (!is_model && (it.meshes || it.pictures))
+        return cli_usage("--meshes and --assets are for models");
+    if (it.meshes && !cli_make_folder(it.meshes)) return CLI_FAILED;
+    if (it.pictures && !cli_make_folder(it.pictures)) return CLI_FAILED;
     const int result =
         is_model ? import_model(path, options, &import) : import_material(path, options, &import);
-    if (result == CLI_DONE && it.kept) tell_how_to_put(&it);
+    if (result == CLI_DONE && it.kept) tell_how_to_put_meshes(&it);
+    if (result == CLI_DONE && it.shown) tell_how_to_put_pictures(&it);
     return result;
 }

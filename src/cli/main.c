@@ -73,7 +73,10 @@ static const char help_text[] =
     "                     auto, the widest there are; the picture is the same)\n"
     "      --ocio FILE    an OpenColorIO configuration (.ocio, .ocioz or ocio://NAME) instead of\n"
     "                     the built-in one; $OCIO and OCIO_* are not looked at\n"
-    "      --assets FOLDER  pictures that documents may name: the files of a folder\n"
+    "      --assets FOLDER  pictures that documents may name: the files of a folder. import "
+    "writes\n"
+    "                     a model's pictures there, each under its SHA-256; the scene names them\n"
+    "                     (default: it has their mean colors)\n"
     "      --materials FILE  materials that `preset` may name beside the built-in ones; may be\n"
     "                     given several times; its path has no blanks\n"
     "  -h, --help         this text\n"
@@ -361,8 +364,6 @@ static int run_command(const char *name, const char *const *scenes, size_t count
         return cli_usage("--fail-above and --density are for diff");
     if ((options->phong || options->meshes) && strcmp(name, "import"))
         return cli_usage("--phong and --meshes are for import");
-    if (options->engine.assets && !strcmp(name, "import"))
-        return cli_usage("--assets is not for import: --meshes FOLDER writes its meshes");
     if (options->object && strcmp(name, "fit")) return cli_usage("--object is for fit");
     const int other = run_other(name, scenes, count, options);
     if (other >= 0) return other;

@@ -12,7 +12,9 @@
 #include <string.h>
 #include <unistd.h>
 
-#include "import/model.h"
+#include "import/block.h"
+#include "import/gltf.h"
+#include "import/maps.h"
 
 /* What glTF 2.0 has beside what all materials have: assimp's header of it is C++ in some versions.
  */
@@ -26,47 +28,30 @@
 #define ALPHA_CUTOFF "$mat.gltf.alphaCutoff", 0, 0
 #define ILLUM        "$mat.illum", 0, 0
 
-/* ---- The block ---- */
-
-typedef struct block {
-    char *bytes;
-    size_t size, room;
-    bool full; /* memory ran out: nothing is written any more */
-} block;
-
-/* Appends bytes, zeros if `data` is NULL, and returns where. */
-static uint64_t put_bytes(block *b, const void *data, size_t size) {
-    const size_t at = b->size, end = at + (size + 7) / 8 * 8;
-    if (end > b->room && !b->full) {
-        const size_t room = 2 * end;
-        char *more = realloc(b->bytes, room);
-        b->full = !more;
-        if (more) b->bytes = more, b->room = room;
-    }
-    if (b->full) return 0;
-    memset(b->bytes + at, 0, end - at);
-    if (data && size) memcpy(b->bytes + at, data, size);
-    b->size = end;
-    return at;
-}
-
-static shd_span put_items(block *b, const void *data, size_t count, size_t size) {
-    return (shd_span){put_bytes(b, data, count * size), count};
-}
-
-static shd_span put_text(block *b, const char *text) {
-    return put_items(b, text, strlen(text), 1);
-}
-
 /* ---- Geometry ---- */
 
-static shd_model_mesh put_mesh(block *b, const struct aiMesh *mesh) {
-    shd_model_mesh out = {.name = put_text(b, mesh->mName.data),
+/* The first of its sets, of three numbers each. assimp has v upward in all formats. */
+static shd_span put_uvs(shd_block *b, const struct aiMesh *mesh) {
+    const struct aiVector3D *from = mesh->mTextureCoords[0];
+    const size_t count = from ? mesh->mNumVertices : 0;
+    const shd_span out = shd_block_items(b, NULL, 2 * count, sizeof(float));
+    if (b->full) return out;
+    float *to = (float *)(void *)(b->bytes + out.at);
+    for (size_t i = 0; i < count; i++) {
+        to[2 * i] = (float)from[i].x;
+        to[2 * i + 1] = (float)from[i].y;
+    }
+    return out;
+}
+
+static shd_model_mesh put_mesh(shd_block *b, const struct aiMesh *mesh) {
+    shd_model_mesh out = {.name = shd_block_text(b, mesh->mName.data),
                           .material = mesh->mMaterialIndex,
                           .colored = mesh->mColors[0] != NULL};
-    out.positions = put_items(b, mesh->mVertices, 3 * (size_t)mesh->mNumVertices, 4);
-    out.normals = put_items(b, mesh->mNormals, mesh->mNormals ? out.positions.count : 0, 4);
-    out.indices = put_items(b, NULL, 3 * (size_t)mesh->mNumFaces, 4);
+    out.positions = shd_block_items(b, mesh->mVertices, 3 * (size_t)mesh->mNumVertices, 4);
+    out.normals = shd_block_items(b, mesh->mNormals, mesh->mNormals ? out.positions.count : 0, 4);
+    out.uvs = put_uvs(b, mesh);
+    out.indices = shd_block_items(b, NULL, 3 * (size_t)mesh->mNumFaces, 4);
     if (b->full) return out;
     uint32_t *at = (uint32_t *)(void *)(b->bytes + out.indices.at), *to = at;
     for (unsigned f = 0; f < mesh->mNumFaces; f++) {
@@ -102,34 +87,27 @@ static bool has_flag(const struct aiMaterial *m, const char *key, unsigned type,
     return aiGetMaterialProperty(m, key, type, index, &found) == aiReturn_SUCCESS;
 }
 
-/* Names of the pictures, each once: "wood.png, *0". */
-static shd_span put_maps(block *b, const struct aiMaterial *m) {
-    char text[512] = "";
-    for (int type = aiTextureType_DIFFUSE; type <= AI_TEXTURE_TYPE_MAX; type++) {
-        struct aiString path;
-        if (aiGetMaterialTexture(m, (enum aiTextureType)type, 0, &path, NULL, NULL, NULL, NULL,
-                                 NULL, NULL) != aiReturn_SUCCESS ||
-            strstr(text, path.data) || strlen(text) + strlen(path.data) + 3 > sizeof text)
-            continue;
-        if (*text) strcat(text, ", ");
-        strcat(text, path.data);
-    }
-    return put_text(b, text);
-}
-
 /* glTF: whether what is not opaque is seen through, or cut out as a whole. */
 static void apply_alpha_mode(const struct aiMaterial *m, shd_model_material *out) {
     struct aiString mode;
     float cutoff = 0.5f;
     if (aiGetMaterialString(m, ALPHA_MODE, &mode) != aiReturn_SUCCESS) return;
     get_float(m, ALPHA_CUTOFF, &cutoff);
+    out->cut_out = strcmp(mode.data, "OPAQUE") != 0;
     if (!strcmp(mode.data, "OPAQUE"))
         out->opacity = 1;
     else if (!strcmp(mode.data, "MASK"))
         out->opacity = out->opacity >= cutoff;
 }
 
-static shd_model_material put_material(block *b, const struct aiMaterial *m) {
+static void apply_strength(const json_t *gltf, const char *name, shd_model_material *out) {
+    float strength;
+    out->strength_lost = !shd_gltf_strength(gltf, name, &strength);
+    for (int c = 0; c < 3 && !out->strength_lost; c++) out->emissive[c] *= strength;
+}
+
+static shd_model_material put_material(shd_block *b, shd_map_reader *maps, const json_t *gltf,
+                                       const struct aiMaterial *m) {
     struct aiString name;
     int illum;
     shd_model_material out = {.kind = SHD_MODEL_PLAIN,
@@ -139,8 +117,7 @@ static shd_model_material put_material(block *b, const struct aiMaterial *m) {
                               .diffuse = {0.6f, 0.6f, 0.6f},
                               .through = {1, 1, 1}};
     const bool named = aiGetMaterialString(m, AI_MATKEY_NAME, &name) == aiReturn_SUCCESS;
-    out.name = put_text(b, named ? name.data : "");
-    out.maps = put_maps(b, m);
+    out.name = shd_block_text(b, named ? name.data : "");
     get_color(m, AI_MATKEY_COLOR_AMBIENT, out.ambient);
     get_color(m, AI_MATKEY_COLOR_DIFFUSE, out.diffuse);
     get_color(m, AI_MATKEY_COLOR_SPECULAR, out.specular);
@@ -163,6 +140,8 @@ static shd_model_material put_material(block *b, const struct aiMaterial *m) {
         get_color(m, BASE_COLOR, out.diffuse);
     }
     out.unlit = has_flag(m, UNLIT);
+    apply_strength(gltf, named ? name.data : "", &out);
+    shd_put_maps(maps, m, &out);
     apply_alpha_mode(m, &out);
     return out;
 }
@@ -171,7 +150,7 @@ static shd_model_material put_material(block *b, const struct aiMaterial *m) {
 
 typedef struct walk {
     const struct aiScene *scene;
-    block *b;
+    shd_block *b;
     shd_model_object *objects; /* [capacity] */
     size_t count, capacity;
     bool full;
@@ -224,8 +203,8 @@ static void add_objects(walk *w, const struct aiNode *node, const struct aiMatri
             w->capacity = capacity;
         }
         shd_model_object *out = &w->objects[w->count++];
-        *out =
-            (shd_model_object){.name = put_text(w->b, node->mName.data), .mesh = node->mMeshes[i]};
+        *out = (shd_model_object){.name = shd_block_text(w->b, node->mName.data),
+                                  .mesh = node->mMeshes[i]};
         to_columns(&matrix, out->matrix);
     }
     for (unsigned i = 0; i < node->mNumChildren; i++) add_objects(w, node->mChildren[i], &matrix);
@@ -250,10 +229,11 @@ static double vertical_angle(const struct aiCamera *camera) {
     return version <= 502 ? across / aspect : 2 * atan(tan(across / 2) / aspect);
 }
 
-static shd_model_camera put_camera(block *b, const struct aiScene *scene,
+static shd_model_camera put_camera(shd_block *b, const struct aiScene *scene,
                                    const struct aiCamera *camera) {
     const struct aiMatrix4x4 matrix = world_of(scene, &camera->mName);
-    shd_model_camera out = {.name = put_text(b, camera->mName.data), .aspect = camera->mAspect};
+    shd_model_camera out = {.name = shd_block_text(b, camera->mName.data),
+                            .aspect = camera->mAspect};
     place(&matrix, out.position);
     turn(&matrix, &camera->mLookAt, out.forward);
     turn(&matrix, &camera->mUp, out.up);
@@ -264,11 +244,11 @@ static shd_model_camera put_camera(block *b, const struct aiScene *scene,
     return out;
 }
 
-static shd_model_light put_light(block *b, const struct aiScene *scene,
+static shd_model_light put_light(shd_block *b, const struct aiScene *scene,
                                  const struct aiLight *light) {
     const struct aiMatrix4x4 matrix = world_of(scene, &light->mName);
     shd_model_light out = {
-        .name = put_text(b, light->mName.data),
+        .name = shd_block_text(b, light->mName.data),
         .type = light->mType == aiLightSource_POINT  ? SHD_MODEL_POINT
                 : light->mType == aiLightSource_SPOT ? SHD_MODEL_SPOT
                                                      : SHD_MODEL_DIRECTIONAL,
@@ -290,7 +270,9 @@ static bool is_lamp(const struct aiLight *light) {
 }
 
 /* Lists are put after what their items name, which is put first. */
-static bool put_scene(block *b, const struct aiScene *scene) {
+static bool put_scene(shd_block *b, const struct aiScene *scene, const char *path) {
+    shd_map_reader maps = {.scene = scene, .model = path, .block = b};
+    const json_t *gltf = shd_gltf_open(path);
     walk w = {.scene = scene, .b = b};
     struct aiMatrix4x4 identity;
     aiIdentityMatrix4(&identity);
@@ -302,20 +284,21 @@ static bool put_scene(block *b, const struct aiScene *scene) {
     size_t lamps = 0;
     for (unsigned i = 0; i < scene->mNumMeshes; i++) meshes[i] = put_mesh(b, scene->mMeshes[i]);
     for (unsigned i = 0; i < scene->mNumMaterials; i++)
-        materials[i] = put_material(b, scene->mMaterials[i]);
+        materials[i] = put_material(b, &maps, gltf, scene->mMaterials[i]);
     for (unsigned i = 0; i < scene->mNumCameras; i++)
         cameras[i] = put_camera(b, scene, scene->mCameras[i]);
     for (unsigned i = 0; i < scene->mNumLights; i++)
         if (is_lamp(scene->mLights[i])) lights[lamps++] = put_light(b, scene, scene->mLights[i]);
     add_objects(&w, scene->mRootNode, &identity);
-    shd_model model = {.magic = SHD_MODEL_MAGIC};
-    model.meshes = put_items(b, meshes, scene->mNumMeshes, sizeof *meshes);
-    model.materials = put_items(b, materials, scene->mNumMaterials, sizeof *materials);
-    model.objects = put_items(b, w.objects, w.count, sizeof *w.objects);
-    model.cameras = put_items(b, cameras, scene->mNumCameras, sizeof *cameras);
-    model.lights = put_items(b, lights, lamps, sizeof *lights);
+    shd_model model = {.magic = SHD_MODEL_MAGIC, .ranged_lights = shd_gltf_ranges(gltf)};
+    model.pictures = shd_block_items(b, maps.pictures, maps.count, sizeof *maps.pictures);
+    model.meshes = shd_block_items(b, meshes, scene->mNumMeshes, sizeof *meshes);
+    model.materials = shd_block_items(b, materials, scene->mNumMaterials, sizeof *materials);
+    model.objects = shd_block_items(b, w.objects, w.count, sizeof *w.objects);
+    model.cameras = shd_block_items(b, cameras, scene->mNumCameras, sizeof *cameras);
+    model.lights = shd_block_items(b, lights, lamps, sizeof *lights);
     model.size = b->size;
-    if (b->full || w.full) return false;
+    if (b->full || w.full || maps.full) return false;
     memcpy(b->bytes, &model, sizeof model);
     return true;
 }
@@ -356,9 +339,9 @@ bool shd_import_write(const char *path, int descriptor) {
     if (!scene) return write_failure(descriptor, aiGetErrorString());
     if (!scene->mNumMeshes || !scene->mRootNode)
         return write_failure(descriptor, "it has no triangles");
-    block b = {.bytes = NULL};
-    put_bytes(&b, NULL, sizeof(shd_model));
-    if (!put_scene(&b, scene))
+    shd_block b = {.bytes = NULL};
+    shd_block_put(&b, NULL, sizeof(shd_model));
+    if (!put_scene(&b, scene, path))
         return write_failure(descriptor, "there is too little memory for it");
     return write_all(descriptor, b.bytes, b.size);
 }

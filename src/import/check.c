@@ -24,9 +24,11 @@ static bool floats_are_finite(const shd_model *model, shd_span span) {
 /* NULL, or what is wrong. */
 static const char *blame_mesh(const shd_model *model, const shd_model_mesh *mesh) {
     if (!lies_within(model, mesh->name, 1) || !lies_within(model, mesh->positions, 4) ||
-        !lies_within(model, mesh->normals, 4) || !lies_within(model, mesh->indices, 4) ||
-        mesh->positions.count % 3 || mesh->indices.count % 3 ||
+        !lies_within(model, mesh->normals, 4) || !lies_within(model, mesh->uvs, 4) ||
+        !lies_within(model, mesh->indices, 4) || mesh->positions.count % 3 ||
+        mesh->indices.count % 3 ||
         (mesh->normals.count && mesh->normals.count != mesh->positions.count) ||
+        (mesh->uvs.count && mesh->uvs.count != mesh->positions.count / 3 * 2) ||
         mesh->material >= model->materials.count)
         return "its arrays have no sound lengths";
     if (!mesh->positions.count || !mesh->indices.count) return "it has a mesh without triangles";
@@ -43,10 +45,33 @@ static bool is_color(const float rgb[3]) {
     return true;
 }
 
+static bool are_in_range(const float *values, size_t count, float least, float most) {
+    for (size_t i = 0; i < count; i++)
+        if (!(values[i] >= least && values[i] <= most)) return false;
+    return true;
+}
+
+static const char *blame_picture(const shd_model *model, const shd_model_picture *p) {
+    const bool sound =
+        lies_within(model, p->name, 1) && lies_within(model, p->bytes, 1) &&
+        (!p->measured || (are_in_range(p->mean, 4, 0, 1) && are_in_range(p->linear, 3, 0, 1)));
+    return sound ? NULL : "it has a picture that cannot be read";
+}
+
+/* Within what scenes may have. */
+static bool is_map(const shd_model *model, const shd_model_map *map) {
+    return map->picture <= model->pictures.count && map->wrap <= SHD_MODEL_MIRROR &&
+           are_in_range(map->scale, 2, -1e9f, 1e9f) && are_in_range(map->offset, 2, -1e9f, 1e9f) &&
+           are_in_range(&map->rotate, 1, -1e9f, 1e9f);
+}
+
 static const char *blame_material(const shd_model *model, const shd_model_material *m) {
-    if (!lies_within(model, m->name, 1) || !lies_within(model, m->maps, 1) ||
+    if (!lies_within(model, m->name, 1) || !lies_within(model, m->others, 1) ||
         m->kind > SHD_MODEL_GLOSSY)
         return "it has a material that cannot be read";
+    for (size_t k = 0; k < SHD_MAP_KINDS; k++)
+        if (!is_map(model, &m->maps[k]))
+            return "it has a material whose picture has no sound place";
     const bool sound = is_color(m->ambient) && is_color(m->diffuse) && is_color(m->specular) &&
                        is_color(m->emissive) && is_color(m->through) && m->shininess >= 0 &&
                        m->shininess <= 1e9f && m->opacity >= 0 && m->opacity <= 1 &&
@@ -80,15 +105,19 @@ static const char *blame_model(const shd_model *model, size_t size) {
         !memchr(model->failure, 0, sizeof model->failure))
         return broken;
     if (*model->failure) return model->failure;
-    if (!lies_within(model, model->meshes, sizeof(shd_model_mesh)) ||
+    if (!lies_within(model, model->pictures, sizeof(shd_model_picture)) ||
+        !lies_within(model, model->meshes, sizeof(shd_model_mesh)) ||
         !lies_within(model, model->materials, sizeof(shd_model_material)) ||
         !lies_within(model, model->objects, sizeof(shd_model_object)) ||
         !lies_within(model, model->cameras, sizeof(shd_model_camera)) ||
         !lies_within(model, model->lights, sizeof(shd_model_light)))
         return broken;
+    const shd_model_picture *pictures = shd_span_items(model, model->pictures);
     const shd_model_mesh *meshes = shd_span_items(model, model->meshes);
     const shd_model_material *materials = shd_span_items(model, model->materials);
     const char *why = NULL;
+    for (size_t i = 0; i < model->pictures.count && !why; i++)
+        why = blame_picture(model, &pictures[i]);
     for (size_t i = 0; i < model->materials.count && !why; i++)
         why = blame_material(model, &materials[i]);
     for (size_t i = 0; i < model->meshes.count && !why; i++) why = blame_mesh(model, &meshes[i]);
@@ -107,4 +136,8 @@ bool shd_mesh_has_normals(const shd_model *model, const shd_model_mesh *mesh) {
             (n[i] == 0 && n[i + 1] == 0 && n[i + 2] == 0))
             return false;
     return mesh->normals.count > 0;
+}
+
+bool shd_mesh_has_uvs(const shd_model *model, const shd_model_mesh *mesh) {
+    return mesh->uvs.count > 0 && floats_are_finite(model, mesh->uvs);
 }

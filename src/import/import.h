@@ -24,15 +24,27 @@ void shd_model_drop(const shd_model *model); /* NULL is fine */
 
 /* ---- material.c ---- */
 
+/* A picture that a coefficient follows; of none `map` is NULL. */
+typedef struct shd_import_texture {
+    const shd_model_map *map;
+    const shd_model_picture *picture;
+    double mean[3]; /* of the picture, or 1: the coefficient over this is the picture's factor */
+    double most;    /* what that is cut to */
+    char channel;   /* 'R' or 'A': it is no color, and has no factor; else 0 */
+} shd_import_texture;
+
 /* A material in our terms. */
 typedef struct shd_import_material {
     shd_native light; /* diffuse and lobes */
     double ambient[3], emissive[3], opacity, reflection[3], transmission[3], ior;
     bool is_fit; /* an approximation of `foreign` */
     shd_foreign foreign;
+    /* By kind: SHD_MAP_AMBIENT, SHD_MAP_DIFFUSE, SHD_MAP_SPECULAR, SHD_MAP_EMISSIVE,
+     * SHD_MAP_OPACITY. */
+    shd_import_texture textures[SHD_MAP_TAKEN];
 } shd_import_material;
 
-/* `phong`: all is to be Phong's model. */
+/* `phong`: all is to be Phong's model. What pictures do to it is not in it. */
 void shd_import_material_of(const shd_model_material *from, bool phong, shd_import_material *out);
 
 /* Of a material that three.js has written (Material.toJSON): MeshPhongMaterial, MeshLambertMaterial
@@ -48,12 +60,17 @@ typedef struct shd_import_options {
     /* Takes a mesh as PUT /v1/meshes has it, and returns whether to go on; NULL: arrays are in the
      * document. `digest` has 64 digits. */
     bool (*keep)(void *context, const void *bytes, size_t size, const char *digest);
+    /* Takes the file of a picture in the same way; NULL: pictures are left out. `suffix` is that of
+     * its format. */
+    bool (*picture)(void *context, const void *bytes, size_t size, const char *digest,
+                    const char *suffix);
     /* Takes a sentence on what is left out or approximated. */
     void (*note)(void *context, const char *text);
     void *context;
 } shd_import_options;
 
-/* The scene document, which the caller frees. SHD_EXHAUSTED, or SHD_CANCELLED if `keep` says so. */
+/* The scene document, which the caller frees. SHD_EXHAUSTED, or SHD_CANCELLED if `keep` or
+ * `picture` say so. */
 shd_status shd_import_scene(const shd_model *model, const shd_import_options *options, char **json,
                             size_t *length, shd_error *error);
 

@@ -18,20 +18,27 @@ static void put_color(FILE *out, const char *key, const double rgb[3]) {
     shd_put_numbers(out, rgb, 3);
 }
 
+/* A color, or the picture that it follows. */
+static bool put_coefficient(shd_scene_writer *w, const shd_import_texture *texture,
+                            const double rgb[3]) {
+    if (texture->map) return shd_put_texture(w, texture, rgb);
+    shd_put_numbers(w->out, rgb, 3);
+    return true;
+}
+
 /* What Phong and Blinn-Phong have: the first lobe apart from the rest. */
-static void put_lobes(FILE *out, const shd_native *light) {
+static bool put_lobes(shd_scene_writer *w, const shd_import_material *m) {
+    const shd_native *light = &m->light;
     for (size_t k = 0; k < light->lobe_count; k++) {
         double color[3];
         for (int c = 0; c < 3; c++) color[c] = light->specular[c] * light->lobes[k].weight;
-        if (k == 1) fputs(", \"lobes\": [", out);
-        if (k) fputs(k > 1 ? ", {\"specular\": " : "{\"specular\": ", out);
-        if (k)
-            shd_put_numbers(out, color, 3);
-        else
-            put_color(out, "specular", color);
-        fprintf(out, ", \"shininess\": %.6g%s", light->lobes[k].shape, k ? "}" : "");
+        fputs(k == 1 ? ", \"lobes\": [{" : k ? ", {" : ", ", w->out);
+        fputs("\"specular\": ", w->out);
+        if (!put_coefficient(w, &m->textures[SHD_MAP_SPECULAR], color)) return false;
+        fprintf(w->out, ", \"shininess\": %.6g%s", light->lobes[k].shape, k ? "}" : "");
     }
-    if (light->lobe_count > 1) fputc(']', out);
+    if (light->lobe_count > 1) fputc(']', w->out);
+    return true;
 }
 
 static void put_facets(FILE *out, const shd_native *light) {
@@ -44,29 +51,48 @@ static void put_facets(FILE *out, const shd_native *light) {
     fputc(']', out);
 }
 
-static void put_material(FILE *out, const shd_import_material *m) {
+/* False: out of memory, or cancelled. */
+static bool put_material(shd_scene_writer *w, const shd_import_material *m) {
     static const char *const models[] = {[SHD_NATIVE_COOK_TORRANCE] = "cook-torrance",
                                          [SHD_NATIVE_BLINN_PHONG] = "blinn-phong",
                                          [SHD_NATIVE_PHONG] = "phong"};
+    const struct {
+        shd_model_map_kind kind;
+        const char *key;
+        const double *rgb;
+        bool always;
+    } colors[] = {{SHD_MAP_DIFFUSE, "diffuse", m->light.diffuse, true},
+                  {SHD_MAP_AMBIENT, "ambient", m->ambient, true},
+                  {SHD_MAP_EMISSIVE, "emissive", m->emissive, false}};
+    FILE *out = w->out;
     fprintf(out, "{\"model\": \"%s\"", models[m->light.model]);
-    put_color(out, "diffuse", m->light.diffuse);
-    put_color(out, "ambient", m->ambient);
-    if (!is_all(m->emissive, 0)) put_color(out, "emissive", m->emissive);
+    for (int k = 0; k < 3; k++) {
+        if (!colors[k].always && is_all(colors[k].rgb, 0)) continue;
+        fprintf(out, ", \"%s\": ", colors[k].key);
+        if (!put_coefficient(w, &m->textures[colors[k].kind], colors[k].rgb)) return false;
+    }
     if (m->light.model == SHD_NATIVE_COOK_TORRANCE)
         put_facets(out, &m->light);
-    else
-        put_lobes(out, &m->light);
-    if (m->opacity < 1) fprintf(out, ", \"opacity\": %.6g", m->opacity);
+    else if (!put_lobes(w, m))
+        return false;
+    if (m->textures[SHD_MAP_OPACITY].map) {
+        fputs(", \"opacity\": ", out);
+        if (!shd_put_texture(w, &m->textures[SHD_MAP_OPACITY], NULL)) return false;
+    } else if (m->opacity < 1) {
+        fprintf(out, ", \"opacity\": %.6g", m->opacity);
+    }
     if (!is_all(m->reflection, 0)) put_color(out, "reflection", m->reflection);
     if (!is_all(m->transmission, 0)) {
         put_color(out, "transmission", m->transmission);
         fprintf(out, ", \"ior\": %.6g", m->ior);
     }
     fputc('}', out);
+    return true;
 }
 
 static bool wants_rays(const shd_import_material *m) {
-    return m->opacity < 1 || !is_all(m->reflection, 0) || !is_all(m->transmission, 0);
+    return m->opacity < 1 || m->textures[SHD_MAP_OPACITY].map || !is_all(m->reflection, 0) ||
+           !is_all(m->transmission, 0);
 }
 
 static void tell_fit(const shd_import_options *options, const char *name,
@@ -91,19 +117,20 @@ static void put_u32(unsigned char *to, uint32_t value) {
     for (int i = 0; i < 4; i++) to[i] = (unsigned char)(value >> 8 * i);
 }
 
-/* As PUT /v1/meshes has them. */
-static bool keep_mesh(shd_scene_writer *w, const shd_model_mesh *mesh, bool normals,
+/* As PUT /v1/meshes has them: `flags` are 1 if it has normals, and 2 if it has uvs. */
+static bool keep_mesh(shd_scene_writer *w, const shd_model_mesh *mesh, unsigned flags,
                       char digits[SHD_DIGEST_TEXT]) {
-    const size_t floats = mesh->positions.count, indices = mesh->indices.count;
-    const size_t size = 12 + 4 * ((normals ? 2 : 1) * floats + indices);
+    const shd_span spans[] = {mesh->positions, mesh->normals, mesh->uvs, mesh->indices};
+    const bool there[] = {true, flags & 1, flags & 2, true};
+    size_t size = 12;
+    for (int s = 0; s < 4; s++) size += there[s] ? 4 * spans[s].count : 0;
     unsigned char *bytes = malloc(size), *at = bytes + 12;
     if (!bytes) return false;
-    put_u32(bytes, (uint32_t)(floats / 3));
-    put_u32(bytes + 4, (uint32_t)indices);
-    put_u32(bytes + 8, normals);
-    const shd_span spans[] = {mesh->positions, mesh->normals, mesh->indices};
-    for (int s = 0; s < 3; s++) {
-        if (s == 1 && !normals) continue;
+    put_u32(bytes, (uint32_t)(mesh->positions.count / 3));
+    put_u32(bytes + 4, (uint32_t)mesh->indices.count);
+    put_u32(bytes + 8, flags);
+    for (int s = 0; s < 4; s++) {
+        if (!there[s]) continue;
         const uint32_t *words = shd_span_items(w->model, spans[s]); /* floats' bits, too */
         for (size_t i = 0; i < spans[s].count; i++, at += 4) {
             uint32_t word;
@@ -119,10 +146,11 @@ static bool keep_mesh(shd_scene_writer *w, const shd_model_mesh *mesh, bool norm
 }
 
 static bool put_mesh(shd_scene_writer *w, const shd_model_mesh *mesh) {
-    const bool normals = shd_mesh_has_normals(w->model, mesh);
+    const bool normals = shd_mesh_has_normals(w->model, mesh),
+               uvs = shd_mesh_has_uvs(w->model, mesh);
     if (w->options->keep) {
         char digits[SHD_DIGEST_TEXT];
-        if (!keep_mesh(w, mesh, normals, digits)) return false;
+        if (!keep_mesh(w, mesh, normals + 2u * uvs, digits)) return false;
         fprintf(w->out, "{\"data\": \"sha256-%s\"}", digits);
         return true;
     }
@@ -131,6 +159,10 @@ static bool put_mesh(shd_scene_writer *w, const shd_model_mesh *mesh) {
     if (normals) {
         fputs(", \"normals\": ", w->out);
         shd_put_floats(w->out, shd_span_items(w->model, mesh->normals), mesh->normals.count);
+    }
+    if (uvs) {
+        fputs(", \"uvs\": ", w->out);
+        shd_put_floats(w->out, shd_span_items(w->model, mesh->uvs), mesh->uvs.count);
     }
     const uint32_t *indices = shd_span_items(w->model, mesh->indices);
     fputs(", \"indices\": [", w->out);
@@ -195,38 +227,36 @@ static void find_used(shd_scene_writer *w) {
         w->object_used[i] = has_inverse(objects[i].matrix);
         flattened += !w->object_used[i];
         if (!w->object_used[i]) continue;
+        const shd_model_mesh *mesh = &meshes[objects[i].mesh];
+        if (!w->mesh_used[objects[i].mesh] && !shd_mesh_has_uvs(w->model, mesh))
+            w->material_bare[mesh->material] = true;
         w->mesh_used[objects[i].mesh] = true;
-        w->material_used[meshes[objects[i].mesh].material] = true;
+        w->material_used[mesh->material] = true;
     }
     if (flattened)
         shd_import_note(w->options, "%zu objects are left out, whose transform has no inverse",
                         flattened);
 }
 
-static void put_materials(const shd_scene_writer *w, bool *rays) {
-    const shd_model_material *materials = shd_span_items(w->model, w->model->materials);
+/* False: out of memory, or cancelled. */
+static bool put_materials(shd_scene_writer *w) {
     bool first = true;
     fputs("  \"materials\": {", w->out);
     for (size_t i = 0; i < w->model->materials.count; i++) {
         if (!w->material_used[i]) continue;
         shd_import_material made;
-        shd_plain_name maps;
         const char *name = w->materials[i].text;
-        shd_import_material_of(&materials[i], w->options->phong, &made);
+        shd_make_material(w, i, name, &made);
         fputs(first ? "\n    " : ",\n    ", w->out);
         first = false;
         shd_put_text(w->out, name);
         fputs(": ", w->out);
-        put_material(w->out, &made);
-        *rays |= wants_rays(&made);
+        if (!put_material(w, &made)) return false;
+        w->rays |= wants_rays(&made);
         tell_fit(w->options, name, &made);
-        const shd_raw_name raw = {shd_span_items(w->model, materials[i].maps),
-                                  materials[i].maps.count};
-        if (raw.length && shd_plain_names(&raw, 1, "", &maps))
-            shd_import_note(w->options, "material \"%s\": its textures are left out: %s", name,
-                            maps.text);
     }
     fputs("\n  },\n", w->out);
+    return true;
 }
 
 static bool put_meshes(shd_scene_writer *w) {
@@ -250,13 +280,12 @@ static bool put_meshes(shd_scene_writer *w) {
 }
 
 static bool write_scene(shd_scene_writer *w) {
-    bool rays = false;
     find_used(w);
     fputs("{\n", w->out);
     shd_put_view(w);
     shd_put_lights(w);
-    put_materials(w, &rays);
-    if (rays) fputs("  \"trace\": {\"depth\": 8},\n", w->out);
+    if (!put_materials(w)) return false;
+    if (w->rays) fputs("  \"trace\": {\"depth\": 8},\n", w->out);
     if (!put_meshes(w)) return false;
     put_objects(w);
     return true;
@@ -284,7 +313,7 @@ static shd_status finish(FILE *out, bool written, bool cancelled, char **json, s
     if (whole && closed && !cancelled) return SHD_OK;
     free(*json);
     *json = NULL;
-    return cancelled ? shd_fail(error, SHD_CANCELLED, "", "the meshes could not be written")
+    return cancelled ? shd_fail(error, SHD_CANCELLED, "", "files could not be written")
                      : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
 }
 
@@ -297,11 +326,14 @@ shd_status shd_import_scene(const shd_model *model, const shd_import_options *op
                           .materials = calloc(materials + 1, sizeof *w.materials),
                           .mesh_used = calloc(meshes + 1, 1),
                           .material_used = calloc(materials + 1, 1),
-                          .object_used = calloc(model->objects.count + 1, 1)};
+                          .object_used = calloc(model->objects.count + 1, 1),
+                          .material_bare = calloc(materials + 1, 1),
+                          .pictures = calloc(model->pictures.count + 1, sizeof *w.pictures)};
     *json = NULL;
     w.out = open_memstream(json, length);
     const bool written =
-        w.meshes && w.materials && w.mesh_used && w.material_used && w.object_used && w.out &&
+        w.meshes && w.materials && w.mesh_used && w.material_used && w.object_used &&
+        w.material_bare && w.pictures && w.out &&
         name_all(model, model->meshes, sizeof(shd_model_mesh), "mesh", w.meshes) &&
         name_all(model, model->materials, sizeof(shd_model_material), "material", w.materials) &&
         write_scene(&w);
@@ -310,6 +342,8 @@ shd_status shd_import_scene(const shd_model *model, const shd_import_options *op
     free(w.mesh_used);
     free(w.material_used);
     free(w.object_used);
+    free(w.material_bare);
+    free(w.pictures);
     return finish(w.out, written, w.cancelled, json, error);
 }
 
@@ -319,22 +353,22 @@ shd_status shd_import_sphere(const char *name, const shd_import_material *materi
     shd_plain_name plain;
     const shd_raw_name raw = {name, strlen(name)};
     *json = NULL;
-    FILE *out = open_memstream(json, length);
-    const bool written = out && shd_plain_names(&raw, 1, "material", &plain);
+    shd_scene_writer w = {.options = options, .out = open_memstream(json, length)};
+    const bool written = w.out && shd_plain_names(&raw, 1, "material", &plain);
     if (written) {
         fputs("{\n  \"camera\": {\"position\": [0, 0, 4], \"fov\": 32},\n"
               "  \"lights\": [{\"type\": \"directional\", \"direction\": [-1, -1, -1]}],\n"
               "  \"materials\": {\n    ",
-              out);
-        shd_put_text(out, plain.text);
-        fputs(": ", out);
-        put_material(out, material);
-        fputs("\n  },\n", out);
-        if (wants_rays(material)) fputs("  \"trace\": {\"depth\": 8},\n", out);
-        fputs("  \"objects\": [{\"type\": \"sphere\", \"material\": ", out);
-        shd_put_text(out, plain.text);
-        fputs("}]\n}\n", out);
+              w.out);
+        shd_put_text(w.out, plain.text);
+        fputs(": ", w.out);
+        put_material(&w, material);
+        fputs("\n  },\n", w.out);
+        if (wants_rays(material)) fputs("  \"trace\": {\"depth\": 8},\n", w.out);
+        fputs("  \"objects\": [{\"type\": \"sphere\", \"material\": ", w.out);
+        shd_put_text(w.out, plain.text);
+        fputs("}]\n}\n", w.out);
         tell_fit(options, plain.text, material);
     }
-    return finish(out, written, false, json, error);
+    return finish(w.out, written, false, json, error);
 }

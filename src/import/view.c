@@ -149,4 +149,7 @@ void shd_put_lights(const shd_scene_writer *w) {
         put_light(w, &lights[i]);
     }
     if (!first) fputs("\n  ],\n", w->out);
+    if (w->model->ranged_lights)
+        shd_import_note(w->options, "the range of %llu lights is left out",
+                        (unsigned long long)w->model->ranged_lights);
 }

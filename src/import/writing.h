@@ -3,8 +3,13 @@
 
 #include <stdio.h>
 
+#include "base/digest.h"
 #include "import/import.h"
 #include "import/names.h"
+
+typedef struct shd_kept_picture {
+    char digits[SHD_DIGEST_TEXT];
+} shd_kept_picture;
 
 typedef struct shd_scene_writer {
     const shd_model *model;
@@ -13,6 +18,9 @@ typedef struct shd_scene_writer {
     shd_plain_name *meshes, *materials;
     bool *mesh_used, *material_used; /* by an object that is written */
     bool *object_used;               /* whether it has an inverse */
+    bool *material_bare;             /* a mesh that it is used on has no uvs */
+    shd_kept_picture *pictures;      /* by their index; digits are "" until a file is kept */
+    bool rays;                       /* whether a material wants them */
     bool cancelled;
 } shd_scene_writer;
 
@@ -26,6 +34,17 @@ void shd_put_float(FILE *out, float value);     /* the shortest digits that are 
 void shd_put_floats(FILE *out, const float *values, size_t count);
 /* Rounded to floats, which files have: with blanks, for people. */
 void shd_put_numbers(FILE *out, const double *values, size_t count);
+
+/* ---- textures.c ---- */
+
+/* A material of the file as one of ours: pictures that can be taken are its `textures`, and the
+ * others leave their mean, both with a note. `name` is the material's. */
+void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
+                       shd_import_material *out);
+
+/* A coefficient (an opacity, without `rgb`) that follows a picture, whose file is kept. False: out
+ * of memory, or cancelled. */
+bool shd_put_texture(shd_scene_writer *w, const shd_import_texture *texture, const double rgb[3]);
 
 /* ---- view.c: members of the scene ---- */
 

@@ -94,24 +94,6 @@ shd_status shd_request_keep_asset(shd_request *request, const void *data, size_t
     return status;
 }
 
-static shd_status open_kept(shd_request *request, const char *name, shd_asset *out,
-                            shd_error *error) {
-    shd_store *store = request->rendering.engine->store;
-    shd_digest digest;
-    if (!shd_digest_read(name + strlen(prefix), &digest))
-        return shd_fail(error, SHD_SCENE, "",
-                        "expected \"sha256-\" and 64 hexadecimal digits, in lower case, got \"%s\"",
-                        shd_quote(name).text);
-    if (!shd_store_load_of(store).cap)
-        return shd_fail(error, SHD_SCENE, "", "no assets are kept here by their digest");
-    shd_stored *thing = shd_store_find(store, SHD_THING_ASSET, &digest);
-    if (!thing) return shd_fail(error, SHD_MISSING, "", "no asset %s is kept here", name);
-    take_thing(thing, &digest, out);
-    const kept_asset *kept = shd_stored_bytes(thing);
-    snprintf(out->name, sizeof out->name, "asset.%s", shd_format_get(kept->format)->name);
-    return SHD_OK;
-}
-
 /* ---- What the operator has ---- */
 
 static shd_status read_file(shd_request *request, size_t index, shd_asset *out, shd_error *error) {
@@ -134,6 +116,46 @@ static shd_status read_file(shd_request *request, size_t index, shd_asset *out, 
     free(data);
     if (status == SHD_OK) take_thing(thing, &digest, out);
     return status;
+}
+
+/* A file of the operator's that is called as a digest, and holds what it is called. */
+static shd_status open_filed(shd_request *request, size_t index, const shd_digest *digest,
+                             shd_asset *out, shd_error *error) {
+    size_t count;
+    const char *file = shd_asset_names(request->rendering.engine->assets, &count)[index];
+    shd_asset asset;
+    const shd_status status = read_file(request, index, &asset, error);
+    if (status != SHD_OK) return status;
+    if (!shd_digest_same(&asset.digest, digest)) {
+        shd_stored_drop(asset.thing);
+        return shd_fail(error, SHD_MISSING, "", "the file %s does not hold what it is called",
+                        file);
+    }
+    *out = asset;
+    snprintf(out->name, sizeof out->name, "%s", file);
+    return SHD_OK;
+}
+
+static shd_status open_kept(shd_request *request, const char *name, shd_asset *out,
+                            shd_error *error) {
+    shd_store *store = request->rendering.engine->store;
+    shd_digest digest;
+    if (!shd_digest_read(name + strlen(prefix), &digest))
+        return shd_fail(error, SHD_SCENE, "",
+                        "expected \"sha256-\" and 64 hexadecimal digits, in lower case, got \"%s\"",
+                        shd_quote(name).text);
+    const shd_asset_folder *folder = request->rendering.engine->assets;
+    shd_stored *thing = shd_store_find(store, SHD_THING_ASSET, &digest);
+    size_t index;
+    if (!thing && folder && shd_asset_find_digits(folder, name + strlen(prefix), &index))
+        return open_filed(request, index, &digest, out, error);
+    if (!shd_store_load_of(store).cap)
+        return shd_fail(error, SHD_SCENE, "", "no assets are kept here by their digest");
+    if (!thing) return shd_fail(error, SHD_MISSING, "", "no asset %s is kept here", name);
+    take_thing(thing, &digest, out);
+    const kept_asset *kept = shd_stored_bytes(thing);
+    snprintf(out->name, sizeof out->name, "asset.%s", shd_format_get(kept->format)->name);
+    return SHD_OK;
 }
 
 static shd_status open_named(shd_request *request, const char *name, shd_asset *out,

@@ -245,9 +245,15 @@ class FolderTest(Test):
         assets.mkdir()
         (assets / "brick.png").write_bytes(OPAQUE)
         (assets / "notes.txt").write_text("none")
+        (assets / f"{digest_of(CLEAR)}.png").write_bytes(CLEAR)
+        (assets / f"{64 * '0'}.jpeg").write_bytes(CLEAR)
         with Daemon("--assets", str(assets)) as daemon:
             same = self.diff(daemon, "brick.png", "brick.png")
             self.assertEqual(json.loads(same.body)["differing"], 0)
+            called = self.diff(daemon, name_of(CLEAR), f"{digest_of(CLEAR)}.png")
+            self.assertEqual(json.loads(called.body)["differing"], 0)
+            self.problem(self.diff(daemon, "sha256-" + 64 * "0", "sha256-" + 64 * "1"), 409, "unknown-data",
+                         "does not hold what it is called", "is kept here")
             self.problem(self.diff(daemon, "brik.png", "notes.txt"), 422, "scene", "brick.png", '"/b"')
             (assets / "room.png").write_bytes(ROOM)
             self.problem(daemon.post("/v1/render", around("room.png")), 422, "scene", "/lights/0/map", "unknown asset")

@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+import io
 import json
 import math
 import os
@@ -105,6 +106,42 @@ def glb(**more):
     return struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body
 
 
+def picture(*rows, kind="PNG"):
+    """The file of a picture, upper row first."""
+    out = io.BytesIO()
+    Image.fromarray(np.array(rows, np.uint8)).save(out, kind)
+    return out.getvalue()
+
+
+LEFT_RED = picture([[255, 0, 0], [0, 0, 255]], [[0, 255, 0], [255, 255, 255]])
+HALF_METAL = picture([[0, 128, 255], [0, 128, 0]])
+
+
+def textured(material=None, images=(LEFT_RED, HALF_METAL), samplers=None, uvs=(0, 1, 1, 1, 1, 0, 0, 0), **more):
+    """A square whose material has pictures, upright as one looks at it from +z."""
+    data = struct.pack("<12f8f6H2x", *SQUARE, *uvs, 0, 1, 2, 0, 2, 3)
+    views = [(0, 48), (48, 32), (80, 12)]
+    for image in images:
+        views.append((len(data), len(image)))
+        data += image + b"\0" * (-len(image) % 4)
+    usual = {"name": "wood", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0}}
+    return json.dumps({
+        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"name": "plate", "primitives": [
+            {"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}]}],
+        "materials": [material or usual],
+        "textures": [{"source": i, **({"sampler": 0} if samplers else {})} for i in range(len(images))],
+        "images": [{"bufferView": 3 + i, "mimeType": "image/png", "name": f"picture-{i}"} for i in range(len(images))],
+        **({"samplers": samplers} if samplers else {}),
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3",
+                       "min": [0, 0, 0], "max": [1, 1, 0]},
+                      {"bufferView": 1, "componentType": 5126, "count": 4, "type": "VEC2"},
+                      {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"}],
+        "bufferViews": [{"buffer": 0, "byteOffset": at, "byteLength": length} for at, length in views],
+        "buffers": [{"byteLength": len(data),
+                     "uri": "data:application/octet-stream;base64," + base64.b64encode(data).decode()}], **more})
+
+
 PLY = (b"ply\nformat binary_little_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
        b"property float z\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n" +
        struct.pack("<12f", *SQUARE) + struct.pack("<B3iB3i", 3, 0, 1, 2, 3, 0, 2, 3))
@@ -139,7 +176,7 @@ class Import(Case):
     def test_obj_and_mtl_are_taken_one_to_one(self):
         (self.folder / "model.mtl").write_text(MTL)
         scene, said = self.load("model.obj", OBJ)
-        self.assertIn('material "red": its textures are left out: wood.png', said)
+        self.assertIn('its diffuse color is left out, because it cannot be read: wood.png', said)
         self.assertNotIn("deltaE", said)
         self.assertNotIn("lights", scene)  # the headlight, which is the default
         self.assertEqual(scene["trace"], {"depth": 8})
@@ -211,6 +248,20 @@ class Import(Case):
     def test_glb(self):
         self.check_gltf("model.glb", glb())
 
+    def test_gltf_says_more_than_assimp_tells(self):
+        strong = {"name": "lamp", "emissiveFactor": [0.5, 0.25, 1],
+                  "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 8}}}
+        lights = [{"type": "point", "range": 3}, {"type": "spot", "spot": {}}, {"type": "directional"}]
+        more = {"extensions": {"KHR_lights_punctual": {"lights": lights}}, "extensionsUsed": ["KHR_lights_punctual"]}
+        for name, make in ("model.gltf", embedded), ("model.glb", glb):
+            scene, said = self.load(name, make(materials=[strong, {"name": "dark"}], **more))
+            self.assertEqual(scene["materials"]["lamp"]["emissive"], [4, 2, 8])
+            self.assertNotIn("emissive", scene["materials"]["dark"])
+            self.assertIn("range of 1 lights", said)
+        scene, said = self.load("model.glb", glb(materials=[strong, {**strong, "extensions": {}}]))
+        self.assertIn("emissiveStrength is left out", said)
+        self.assertEqual(scene["materials"]["lamp"]["emissive"], [0.5, 0.25, 1])
+
     def test_gltf_names_its_buffer_beside_it(self):
         document, data = gltf()
         (self.folder / "b.bin").write_bytes(data)
@@ -237,6 +288,19 @@ class Import(Case):
         first = (self.folder / "meshes" / scene["meshes"]["plate-0"]["data"][7:]).read_bytes()
         self.assertEqual(first, struct.pack("<3I24f6I", 4, 6, 1, *SQUARE, *[0, 0, 1] * 4, 0, 1, 2, 0, 2, 3))
 
+    def test_uvs_stand_upright(self):
+        flat = "mtllib model.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0.25\nvt 1 0\nvt 1 0.75\nusemtl matt\nf 1/1 2/2 3/3\n"
+        (self.folder / "model.mtl").write_text(MTL)
+        scene, _ = self.load("model.obj", flat)
+        self.assertEqual([one["uvs"] for one in scene["meshes"].values()], [[0, 0.25, 1, 0, 1, 0.75]])
+        scene, _ = self.load("model.gltf", textured())  # whose v grows downward
+        self.assertEqual(scene["meshes"]["plate"]["uvs"], [0, 0, 1, 0, 1, 1, 0, 1])
+        scene, _ = self.load("model.gltf", textured(), "--meshes", "meshes")
+        kept = (self.folder / "meshes" / scene["meshes"]["plate"]["data"][7:]).read_bytes()
+        self.assertEqual(kept, struct.pack("<3I20f6I", 4, 6, 2, *SQUARE, 0, 0, 1, 0, 1, 1, 0, 1, 0, 1, 2, 0, 2, 3))
+        scene, _ = self.load("model.gltf", textured(uvs=[0, math.nan] * 4))
+        self.assertNotIn("uvs", scene["meshes"]["plate"])
+
     def test_names_are_made_fit_and_apart(self):
         materials = [{"name": name} for name in ("a#1", "a_1", "b" * 100, "b" * 99, "c\"\\\u0007é", "")]
         primitives = [{"attributes": {"POSITION": 0}, "indices": 2, "material": i} for i in range(len(materials))]
@@ -251,6 +315,134 @@ class Import(Case):
             self.assertEqual(self.shade("import", *words).returncode, 2)
         self.assertEqual(self.shade("render", "--phong", "x.json", "-o", "x.png").returncode, 2)
         self.assertEqual(self.shade("import", "none.obj", "-o", "x.json").returncode, 1)
+
+
+def srgb_to_linear(code):
+    return code / 255 / 12.92 if code < 11 else ((code / 255 + 0.055) / 1.055) ** 2.4
+
+
+class Textures(Case):
+    def test_without_a_folder_means_stand_in(self):
+        scene, said = self.load("model.gltf", textured())
+        self.assertIn("no --assets FOLDER for it: picture-0", said)
+        mean = scene["materials"]["wood"]["ambient"]
+        np.testing.assert_allclose(mean, [0.5, 0.5, 0.5], atol=1e-6)
+        grey = picture([[100, 100, 100], [200, 200, 200]], kind="JPEG")
+        material = {"name": "wood", "emissiveFactor": [1, 0.5, 0], "emissiveTexture": {"index": 0},
+                    "pbrMetallicRoughness": {"metallicRoughnessTexture": {"index": 1}, "roughnessFactor": 0.5}}
+        scene, said = self.load("model.gltf", textured(material, images=[grey, HALF_METAL]))
+        self.assertIn("but for what they are in the mean: 0.50 and 0.25: picture-1", said)
+        light = (srgb_to_linear(100) + srgb_to_linear(200)) / 2
+        np.testing.assert_allclose(scene["materials"]["wood"]["emissive"], [light, light / 2, 0], atol=2e-2)
+        self.assertEqual(scene["materials"]["wood"]["fresnel"]["f0"], [0.52] * 3)
+        self.assertEqual(self.shade("check", "scene.json").returncode, 0)
+
+
+    def kept(self, coefficient):
+        """What a coefficient's picture is in the folder."""
+        return (self.folder / "assets" / f"{coefficient['texture'].removeprefix('sha256-')}.png").read_bytes()
+
+    def test_gltf_pictures_are_named_by_their_digest(self):
+        scene, said = self.load("model.gltf", textured(), "--assets", "assets")
+        self.assertIn("/v1/assets/", said)
+        self.assertNotIn("left out", said)
+        wood = scene["materials"]["wood"]
+        self.assertEqual(wood["ambient"], {"texture": "sha256-" + hashlib.sha256(LEFT_RED).hexdigest(),
+                                           "space": "sRGB", "tint": [1, 1, 1], "uv": {"wrap": "repeat"}})
+        self.assertEqual({**wood["diffuse"], "tint": [1, 1, 1]}, wood["ambient"])
+        self.assertTrue(0.9 < min(wood["diffuse"]["tint"]) <= max(wood["diffuse"]["tint"]) < 1)
+        self.assertEqual(self.kept(wood["diffuse"]), LEFT_RED)
+        material = {"name": "gold", "pbrMetallicRoughness": {"baseColorFactor": [1, 0.5, 0.25, 1],
+                                                             "baseColorTexture": {"index": 0}, "roughnessFactor": 0.4}}
+        scene, _ = self.load("model.gltf", textured(material), "--assets", "assets", "--phong")
+        gold = scene["materials"]["gold"]
+        for lobe in (gold, *gold["lobes"]):
+            red, green, blue = lobe["specular"]["tint"]
+            np.testing.assert_allclose([green / red, blue / red], [0.5, 0.25], rtol=1e-6)
+        scene, said = self.load("model.gltf", textured(material), "--assets", "assets")
+        self.assertIn("what it mirrors has the mean color of its picture: picture-0", said)
+        self.assertEqual(scene["materials"]["gold"]["fresnel"]["f0"], [0.5, 0.25, 0.125])
+
+    def test_pictures_are_seen_upright(self):
+        material = {"name": "wood", "extensions": {"KHR_materials_unlit": {}}, "emissiveTexture": {"index": 1},
+                    "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+        scene, _ = self.load("model.gltf", textured(material, samplers=[{"wrapS": 33071, "wrapT": 33071}]),
+                             "--assets", "assets")
+        scene["camera"] = {"type": "orthographic", "position": [0.5, 0.5, 4], "target": [0.5, 0.5, 0], "height": 1}
+        scene["image"] = {"width": 8, "height": 8, "samples": 1}
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        done = self.shade("render", "scene.json", "-o", "out.png", "--assets", "assets")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        with Image.open(self.folder / "out.png") as image:
+            seen = np.asarray(image.convert("RGB"))
+        self.assertEqual(seen[::7, ::7].tolist(), [[[255, 0, 0], [0, 0, 255]], [[0, 255, 0], [255, 255, 255]]])
+
+    def test_gltf_places_pictures(self):
+        offset, turn, scale = [0.1, 0.2], 0.3, [2, 3]
+        info = {"index": 0, "extensions": {"KHR_texture_transform": {"offset": offset, "rotation": turn, "scale": scale}}}
+        material = {"name": "wood", "emissiveFactor": [1, 0.5, 0.25], "emissiveTexture": info}
+        scene, _ = self.load("model.gltf", textured(material, samplers=[{"wrapS": 33648, "wrapT": 33648}],
+                                                    extensionsUsed=["KHR_texture_transform"]), "--assets", "assets")
+        glow = scene["materials"]["wood"]["emissive"]
+        self.assertEqual((glow["tint"], glow["uv"]["wrap"]), ([1, 0.5, 0.25], "mirror"))
+        ours, c, s = glow["uv"], math.cos(turn), math.sin(turn)
+        turned, dx, dy = math.radians(ours["rotate"]), *ours["offset"]
+        for u, v in ((0, 0), (1, 0), (0, 1), (0.3, 0.8)):
+            p, q = u * scale[0], (1 - v) * scale[1]  # downward, as there: counterclockwise from u is up
+            wanted = (p * c + q * s + offset[0], 1 - (-p * s + q * c + offset[1]))
+            a, b = u * ours["scale"][0], v * ours["scale"][1]
+            got = (a * math.cos(turned) - b * math.sin(turned) + dx, a * math.sin(turned) + b * math.cos(turned) + dy)
+            np.testing.assert_allclose(got, wanted, atol=1e-6)
+
+    def test_what_cannot_be_taken_is_told(self):
+        info = {"index": 0, "texCoord": 1}
+        for words, data in (
+                ("in one way across", textured(samplers=[{"wrapS": 33648, "wrapT": 33071}])),
+                ("other coordinates", textured({"name": "wood", "emissiveFactor": [1, 1, 1], "emissiveTexture": info})),
+                ("no coordinates", textured(uvs=[math.nan] * 8)),
+                ("damaged or too large", textured(images=[LEFT_RED[:-20]])),
+                ("no format that is read here", textured(images=[b"GIF89a" + bytes(100)])),
+                ("its normals is left out", textured({"name": "wood", "normalTexture": {"index": 0}}))):
+            scene, said = self.load("model.gltf", data, "--assets", "assets")
+            self.assertIn(words, said)
+            self.assertNotIn("texture", json.dumps(scene["materials"]))
+            self.assertEqual(list((self.folder / "assets").iterdir()), [])
+            self.assertEqual(self.shade("check", "scene.json").returncode, 0)
+
+    def test_alpha_of_pictures_is_opacity(self):
+        clear = picture([[1, 2, 3, 255], [1, 2, 3, 0]])
+        for mode, counts in ("OPAQUE", False), ("MASK", True), ("BLEND", True):
+            material = {"name": "leaf", "alphaMode": mode, "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+            _, said = self.load("model.gltf", textured(material, images=[clear]))
+            self.assertEqual("alpha of its base color is left out: picture-0" in said, counts)
+            scene, said = self.load("model.gltf", textured(material, images=[clear]), "--assets", "assets")
+            leaf = scene["materials"]["leaf"]
+            self.assertEqual(leaf.get("opacity"), {"texture": leaf["diffuse"]["texture"], "channel": "A",
+                                                   "uv": {"wrap": "repeat"}} if counts else None)
+            self.assertEqual(scene.get("trace"), {"depth": 8} if counts else None)
+            self.assertEqual(self.shade("check", "scene.json", "--assets", "assets").returncode, 0)
+        material["pbrMetallicRoughness"]["baseColorFactor"] = [1, 1, 1, 0.5]
+        _, said = self.load("model.gltf", textured(material, images=[clear]), "--assets", "assets")
+        self.assertIn("factor of its opacity, 0.5, is left out", said)
+
+    def test_mtl_names_files(self):
+        (self.folder / "a b.png").write_bytes(LEFT_RED)
+        (self.folder / "c.png").write_bytes(HALF_METAL)
+        (self.folder / "model.mtl").write_text(
+            "newmtl a\nKa 1 1 1\nKd 0.5 1 1\nKs 1 1 1\nKe 1 1 1\nNs 9\nillum 2\nmap_Kd -clamp on a b.png\nmap_Ks C:\\x\\c.png\n"
+            "map_Ke c.png\nmap_Ka /etc/hostname\nmap_d c.png\nnewmtl b\nKd 1 1 1\nillum 0\nmap_Kd c.png\n")
+        faces = "mtllib model.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n"
+        scene, said = self.load("model.obj", faces + "usemtl a\nf 1/1 2/2 3/3\nusemtl b\nf 1/1 2/2 3/3\n",
+                                "--assets", "assets")
+        self.assertIn("ambient color is left out, because it cannot be read: /etc/hostname", said)
+        a, b = scene["materials"]["a"], scene["materials"]["b"]
+        self.assertEqual((self.kept(a["diffuse"]), a["diffuse"]["tint"]), (LEFT_RED, [0.5, 1, 1]))
+        self.assertEqual((self.kept(a["specular"]), a["specular"]["tint"], a["shininess"]), (HALF_METAL, [1, 1, 1], 9))
+        self.assertEqual((self.kept(a["emissive"]), a["diffuse"]["uv"]), (HALF_METAL, {"wrap": "clamp"}))
+        self.assertEqual((a["ambient"], b["diffuse"], self.kept(b["emissive"])), ([1, 1, 1], [0, 0, 0], HALF_METAL))
+        self.assertEqual((self.kept(a["opacity"]), a["opacity"]["channel"]), (HALF_METAL, "R"))
+        self.assertEqual(len(list((self.folder / "assets").iterdir())), 2)
+        self.assertEqual(self.shade("check", "scene.json", "--assets", "assets").returncode, 0)
 
 
 # ---- How near the fits are ----
@@ -359,7 +551,8 @@ class Hostile(Case):
     def test_mutants_never_crash(self):
         """A reader that crashes does so alone: an error of one line, and status 1."""
         chance = random.Random(16)
-        kinds = [("a.obj", OBJ.encode()), ("a.gltf", embedded()), ("a.glb", glb()), ("a.ply", PLY), ("a.stl", STL)]
+        kinds = [("a.obj", OBJ.encode()), ("a.gltf", embedded()), ("a.glb", glb()), ("a.ply", PLY), ("a.stl", STL),
+                 ("b.gltf", textured().encode())]
         for round_ in range(1 if SANITIZED else 4):
             for name, data in kinds:
                 mutant = bytearray(data)
@@ -373,12 +566,13 @@ class Hostile(Case):
                     else:
                         mutant[at:at] = mutant[max(0, at - 40):at]
                 (self.folder / name).write_bytes(mutant)
-                done = self.shade("import", name, "-o", "scene.json")
+                done = self.shade("import", name, "-o", "scene.json", "--assets", "assets")
                 self.assertIn(done.returncode, (0, 1), (name, round_, done.stderr))
                 if done.returncode:
                     self.assertRegex(done.stderr, rf"(?m)^shade: cannot import '{name}': ")
                 else:
-                    self.assertEqual(self.shade("check", "scene.json").returncode, 0, (name, round_))
+                    checked = self.shade("check", "scene.json", "--assets", "assets")
+                    self.assertEqual(checked.returncode, 0, (name, round_, checked.stderr))
 
     @unittest.skipIf(SANITIZED, "sanitizers have limits of their own")
     def test_deep_nodes_end_the_reader_alone(self):

@@ -2,7 +2,7 @@
 //
 // A line of stdin is a job, {model (a GLB below node_modules), picture, size, background, camera {position,
 // target, fov}, lights [{direction, intensity}]}: numbers as our scene has them. The model is drawn
-// without its textures, as we import it, and its picture is written as PNG.
+// with all of its textures, and its picture is written as PNG.
 import { createRequire } from 'node:module';
 import { readFileSync, writeFileSync } from 'node:fs';
 import { extname, resolve } from 'node:path';
@@ -18,11 +18,10 @@ async function draw(job) {
   const { scene: model } = await new GLTFLoader().loadAsync(`http://models/${job.model}`);
   model.traverse((one) => {
     if (!one.isMesh) return;
-    for (const key of Object.keys(one.material))
-      if (/map$/i.test(key) && one.material[key]?.isTexture) one.material[key] = null;
     one.material.vertexColors = false;
     one.material.side = THREE.DoubleSide;
     one.material.needsUpdate = true;
+    for (const map of Object.values(one.material)) if (map?.isTexture) map.anisotropy = 16;
   });
   const renderer = new THREE.WebGLRenderer({ antialias: true, preserveDrawingBuffer: true });
   renderer.setPixelRatio(1);

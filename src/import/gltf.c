@@ -1,0 +1,74 @@
+#include "import/gltf.h"
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+enum { HEAD = 20, SIZE_MOST = 1 << 29 };
+
+static uint32_t get_u32(const unsigned char *from) {
+    return from[0] | (uint32_t)from[1] << 8 | (uint32_t)from[2] << 16 | (uint32_t)from[3] << 24;
+}
+
+/* The length of the text where the file stands. A .glb is a head of 12 bytes, and chunks: their
+ * length, "JSON", and the text first. */
+static size_t find_text(FILE *file) {
+    unsigned char head[HEAD];
+    const size_t got = fread(head, 1, sizeof head, file);
+    if (got == HEAD && !memcmp(head, "glTF", 4))
+        return memcmp(head + 16, "JSON", 4) ? 0 : get_u32(head + 12);
+    if (fseek(file, 0, SEEK_END)) return 0;
+    const long size = ftell(file);
+    rewind(file);
+    return size > 0 ? (size_t)size : 0;
+}
+
+json_t *shd_gltf_open(const char *path) {
+    const char *suffix = strrchr(path, '.');
+    if (!suffix || (strcasecmp(suffix, ".gltf") && strcasecmp(suffix, ".glb"))) return NULL;
+    FILE *file = fopen(path, "rbe");
+    if (!file) return NULL;
+    const size_t size = find_text(file);
+    char *text = size > 0 && size <= SIZE_MOST ? malloc(size) : NULL;
+    json_t *document = NULL;
+    if (text && fread(text, 1, size, file) == size) document = json_loadb(text, size, 0, NULL);
+    free(text);
+    fclose(file);
+    return document;
+}
+
+static const json_t *extension(const json_t *of, const char *name) {
+    return json_object_get(json_object_get(of, "extensions"), name);
+}
+
+static double strength_of(const json_t *material) {
+    const json_t *strength =
+        json_object_get(extension(material, "KHR_materials_emissive_strength"), "emissiveStrength");
+    return json_is_number(strength) ? json_number_value(strength) : 1;
+}
+
+bool shd_gltf_strength(const json_t *document, const char *name, float *out) {
+    const json_t *materials = json_object_get(document, "materials");
+    bool found = false;
+    *out = 1;
+    for (size_t i = 0; i < json_array_size(materials); i++) {
+        const json_t *material = json_array_get(materials, i);
+        const char *called = json_string_value(json_object_get(material, "name"));
+        if (strcmp(called ? called : "", name) != 0) continue;
+        const float strength = (float)strength_of(material);
+        if (found && strength != *out) return false;
+        *out = strength;
+        found = true;
+    }
+    return true;
+}
+
+size_t shd_gltf_ranges(const json_t *document) {
+    const json_t *lights = json_object_get(extension(document, "KHR_lights_punctual"), "lights");
+    size_t count = 0;
+    for (size_t i = 0; i < json_array_size(lights); i++)
+        count += json_object_get(json_array_get(lights, i), "range") != NULL;
+    return count;
+}

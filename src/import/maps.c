@@ -1,0 +1,211 @@
+#include "import/maps.h"
+
+#include <ctype.h>
+#include <fcntl.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "import/mean.h"
+
+enum { FILE_MOST = 1 << 28, PATH_ROOM = 4096 };
+
+/* ---- Files ---- */
+
+/* The bytes of a regular file, which nobody frees. NULL: it cannot be read. */
+static void *read_file(const char *path, size_t *size) {
+    const int file = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
+    struct stat info;
+    char *bytes = NULL;
+    if (file < 0) return NULL;
+    if (!fstat(file, &info) && S_ISREG(info.st_mode) && info.st_size > 0 &&
+        info.st_size <= FILE_MOST)
+        bytes = malloc((size_t)info.st_size);
+    *size = 0;
+    while (bytes && *size < (size_t)info.st_size) {
+        const ssize_t got = read(file, bytes + *size, (size_t)info.st_size - *size);
+        if (got <= 0) break;
+        *size += (size_t)got;
+    }
+    close(file);
+    return bytes;
+}
+
+static void decode_percents(const char *from, char *to) {
+    for (; *from; from++) {
+        unsigned code;
+        const bool coded = *from == '%' && isxdigit((unsigned char)from[1]) &&
+                           isxdigit((unsigned char)from[2]) && sscanf(from + 1, "%2x", &code) == 1;
+        *to++ = coded ? (char)code : *from;
+        if (coded) from += 2;
+    }
+    *to = 0;
+}
+
+/* Reads `name` in the model's folder. */
+static void *read_beside(const shd_map_reader *r, const char *name, size_t *size) {
+    char path[PATH_ROOM];
+    const char *slash = strrchr(r->model, '/');
+    const int length = slash ? (int)(slash + 1 - r->model) : 0;
+    const int wrote = snprintf(path, sizeof path, "%.*s%s", length, r->model, name);
+    return wrote > 0 && wrote < PATH_ROOM ? read_file(path, size) : NULL;
+}
+
+/* As it is written, with what its bytes stand for in a URI, and the last part of it: MTL files hold
+ * paths of the disk that they were written on. No path from the root is followed. */
+static void *read_named(const shd_map_reader *r, const char *name, size_t *size) {
+    char plain[PATH_ROOM];
+    if (strlen(name) >= sizeof plain) return NULL;
+    strcpy(plain, name);
+    for (char *c = plain; *c; c++)
+        if (*c == '\\') *c = '/';
+    const bool rooted = *plain == '/' || (isalpha((unsigned char)plain[0]) && plain[1] == ':');
+    void *bytes = rooted ? NULL : read_beside(r, plain, size);
+    if (!bytes && !rooted) {
+        char decoded[PATH_ROOM];
+        decode_percents(plain, decoded);
+        if (*decoded != '/') bytes = read_beside(r, decoded, size);
+    }
+    const char *last = strrchr(plain, '/');
+    if (!bytes && last && last[1]) bytes = read_beside(r, last + 1, size);
+    return bytes;
+}
+
+/* ---- Pictures ---- */
+
+/* The picture of the model's own file that is called "*3": it is a file if it has no height. NULL:
+ * there is none. */
+static const struct aiTexture *find_embedded(const shd_map_reader *r, const char *name) {
+    char *end;
+    const unsigned long index = strtoul(name + 1, &end, 10);
+    if (end == name + 1 || *end || index >= r->scene->mNumTextures) return NULL;
+    const struct aiTexture *texture = r->scene->mTextures[index];
+    return texture->mHeight || !texture->pcData ? NULL : texture;
+}
+
+/* What people call a picture. */
+static const char *find_name(const shd_map_reader *r, const char *name) {
+    const struct aiTexture *texture = *name == '*' ? find_embedded(r, name) : NULL;
+    return texture && texture->mFilename.length ? texture->mFilename.data : name;
+}
+
+static shd_model_picture make_picture(shd_map_reader *r, const char *name) {
+    const struct aiTexture *texture = *name == '*' ? find_embedded(r, name) : NULL;
+    size_t size = texture ? texture->mWidth : 0;
+    const void *bytes = texture        ? (const void *)texture->pcData
+                        : *name == '*' ? NULL
+                                       : read_named(r, name, &size);
+    shd_model_picture out = {.name = shd_block_text(r->block, find_name(r, name))};
+    out.bytes = shd_block_items(r->block, bytes, bytes ? size : 0, 1);
+    out.measured = bytes && shd_measure_picture(bytes, size, out.mean, out.linear);
+    return out;
+}
+
+/* 1 + the index of a picture. */
+static uint32_t put_picture(shd_map_reader *r, const char *name) {
+    if (r->full || r->block->full) return 0;
+    for (size_t i = 0; i < r->count; i++)
+        if (!strcmp(r->keys[i], name)) return (uint32_t)(i + 1);
+    if (r->count == r->capacity) {
+        const size_t capacity = r->capacity ? 2 * r->capacity : 16;
+        shd_model_picture *more = realloc(r->pictures, capacity * sizeof *more);
+        char **keys = realloc(r->keys, capacity * sizeof *keys);
+        if (more) r->pictures = more;
+        if (keys) r->keys = keys;
+        r->full = !more || !keys;
+        if (r->full) return 0;
+        r->capacity = capacity;
+    }
+    r->keys[r->count] = strdup(name);
+    r->full = !r->keys[r->count];
+    if (r->full) return 0;
+    r->pictures[r->count++] = make_picture(r, name);
+    return (uint32_t)r->count;
+}
+
+/* ---- Maps ---- */
+
+static int wrap_of(const struct aiMaterial *m, const char *key, unsigned type) {
+    int mode = aiTextureMapMode_Wrap;
+    aiGetMaterialIntegerArray(m, key, type, 0, &mode, NULL);
+    return mode == aiTextureMapMode_Clamp || mode == aiTextureMapMode_Decal ? SHD_MODEL_CLAMP
+           : mode == aiTextureMapMode_Mirror                                ? SHD_MODEL_MIRROR
+                                                                            : SHD_MODEL_REPEAT;
+}
+
+/* glTF scales, turns and moves about the upper left corner. assimp tells that by a turn about the
+ * middle, with v upward, and a translation that makes up for both; this undoes it. */
+static void place_map(const struct aiMaterial *m, unsigned type, shd_model_map *out) {
+    struct aiUVTransform t;
+    out->scale[0] = out->scale[1] = 1;
+    if (aiGetMaterialUVTransform(m, AI_MATKEY_UVTRANSFORM(type, 0), &t) != aiReturn_SUCCESS) return;
+    const double sx = t.mScaling.x, sy = t.mScaling.y, turn = -t.mRotation, c = cos(turn),
+                 s = sin(turn);
+    const double right = t.mTranslation.x - 0.5 * sx * (1 - c + s),
+                 down = 0.5 * sy * (s + c - 1) + 1 - sy - t.mTranslation.y;
+    out->scale[0] = (float)sx;
+    out->scale[1] = (float)sy;
+    out->rotate = (float)(turn * 180 / M_PI);
+    out->offset[0] = (float)(right + s * sy);
+    out->offset[1] = (float)(1 - down - c * sy);
+}
+
+static shd_model_map_kind kind_of(int type, uint32_t material) {
+    switch (type) {
+    case aiTextureType_AMBIENT:
+        return SHD_MAP_AMBIENT;
+    case aiTextureType_DIFFUSE:
+    case aiTextureType_BASE_COLOR:
+        return SHD_MAP_DIFFUSE;
+    case aiTextureType_SPECULAR:
+        return SHD_MAP_SPECULAR;
+    case aiTextureType_EMISSIVE:
+    case aiTextureType_EMISSION_COLOR:
+        return SHD_MAP_EMISSIVE;
+    case aiTextureType_OPACITY:
+        return SHD_MAP_OPACITY;
+    case aiTextureType_NORMALS:
+        return SHD_MAP_NORMAL;
+    case aiTextureType_METALNESS:
+    case aiTextureType_DIFFUSE_ROUGHNESS:
+    case aiTextureType_UNKNOWN:
+        return material == SHD_MODEL_METAL_ROUGH ? SHD_MAP_METAL_ROUGH : SHD_MAP_KINDS;
+    default:
+        return SHD_MAP_KINDS;
+    }
+}
+
+static void add_other(char *text, size_t room, const char *name) {
+    if (strstr(text, name) || strlen(text) + strlen(name) + 3 > room) return;
+    if (*text) strcat(text, ", ");
+    strcat(text, name);
+}
+
+void shd_put_maps(shd_map_reader *r, const struct aiMaterial *m, shd_model_material *out) {
+    char others[512] = "";
+    for (int type = aiTextureType_DIFFUSE; type <= AI_TEXTURE_TYPE_MAX; type++) {
+        struct aiString path;
+        unsigned channel = 0;
+        if (aiGetMaterialTexture(m, (enum aiTextureType)type, 0, &path, NULL, &channel, NULL, NULL,
+                                 NULL, NULL) != aiReturn_SUCCESS)
+            continue;
+        const shd_model_map_kind kind = kind_of(type, out->kind);
+        if (kind == SHD_MAP_KINDS) {
+            add_other(others, sizeof others, find_name(r, path.data));
+            continue;
+        }
+        shd_model_map *map = &out->maps[kind];
+        if (map->picture) continue;
+        const int across = wrap_of(m, _AI_MATKEY_MAPPINGMODE_U_BASE, (unsigned)type),
+                  up = wrap_of(m, _AI_MATKEY_MAPPINGMODE_V_BASE, (unsigned)type);
+        *map = (shd_model_map){.picture = put_picture(r, path.data),
+                               .wrap = (uint32_t)across,
+                               .uneven = across != up,
+                               .channel = channel};
+        place_map(m, (unsigned)type, map);
+    }
+    out->others = shd_block_text(r->block, others);
+}

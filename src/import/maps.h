@@ -1,0 +1,23 @@
+/* The inside of the module: the pictures that a file's materials name, their files' bytes, and
+ * where on a surface they are. */
+#pragma once
+
+#include <assimp/material.h>
+#include <assimp/scene.h>
+
+#include "import/block.h"
+
+typedef struct shd_map_reader {
+    const struct aiScene *scene;
+    const char *model; /* path of the file, beside which pictures are */
+    shd_block *block;
+    /* [capacity], each once, and what materials call them; nobody frees them: the process ends */
+    shd_model_picture *pictures;
+    char **keys;
+    size_t count, capacity;
+    bool full; /* memory ran out */
+} shd_map_reader;
+
+/* Fills out->maps and out->others, and appends pictures that are new. */
+void shd_put_maps(shd_map_reader *reader, const struct aiMaterial *material,
+                  shd_model_material *out);

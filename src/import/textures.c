@@ -1,0 +1,230 @@
+/* What materials take of pictures. */
+#include <math.h>
+#include <string.h>
+
+#include "base/format.h"
+#include "import/writing.h"
+
+/* ---- What is left out ---- */
+
+static const char *const uses[] = {[SHD_MAP_AMBIENT] = "ambient color",
+                                   [SHD_MAP_DIFFUSE] = "diffuse color",
+                                   [SHD_MAP_SPECULAR] = "specular color",
+                                   [SHD_MAP_EMISSIVE] = "emissive color",
+                                   [SHD_MAP_OPACITY] = "opacity",
+                                   [SHD_MAP_NORMAL] = "normals",
+                                   [SHD_MAP_METAL_ROUGH] = "metal and roughness"};
+
+static const shd_model_picture *picture_of(const shd_scene_writer *w, const shd_model_map *map) {
+    const shd_model_picture *pictures = shd_span_items(w->model, w->model->pictures);
+    return map->picture ? &pictures[map->picture - 1] : NULL;
+}
+
+static shd_format format_of(const shd_scene_writer *w, const shd_model_picture *picture) {
+    return shd_format_sniff(shd_span_items(w->model, picture->bytes), picture->bytes.count);
+}
+
+static void note_picture(const shd_scene_writer *w, const char *material, shd_span name,
+                         const char *text) {
+    shd_plain_name plain;
+    const shd_raw_name raw = {shd_span_items(w->model, name), name.count};
+    if (shd_plain_names(&raw, 1, "", &plain))
+        shd_import_note(w->options, "material \"%s\": %s: %s", material, text, plain.text);
+}
+
+/* Why a picture cannot be taken; NULL: it can. */
+static const char *find_obstacle(const shd_scene_writer *w, size_t material,
+                                 const shd_model_map *map, const shd_model_picture *picture) {
+    if (!picture->bytes.count) return "it cannot be read";
+    const shd_format format = format_of(w, picture);
+    if (format == SHD_FORMAT_COUNT) return "it has no format that is read here";
+    if (!picture->measured && !shd_format_takes_oiio(format)) return "it is damaged or too large";
+    if (!w->options->picture) return "there is no --assets FOLDER for it";
+    if (w->material_bare[material]) return "a mesh has no coordinates for it";
+    if (map->channel) return "it follows other coordinates than the first";
+    if (map->uneven) return "it goes on in one way across and in another one up";
+    return NULL;
+}
+
+/* ---- Means ---- */
+
+/* Multiplies a color by what its picture is in the mean, and sets what has to be divided by it for
+ * the picture's factor. A black channel stays as it is: nothing can be told from it. */
+static void take_mean(const shd_model_picture *picture, float color[3], double mean[3]) {
+    for (int c = 0; c < 3; c++) {
+        const bool known = picture->measured && picture->linear[c] > 0;
+        mean[c] = known ? (double)picture->linear[c] : 1;
+        color[c] *= known ? picture->linear[c] : 1;
+    }
+}
+
+static void take_metal_rough(const shd_scene_writer *w, const char *name, shd_model_material *m) {
+    char text[160];
+    const shd_model_map *map = &m->maps[SHD_MAP_METAL_ROUGH];
+    const shd_model_picture *picture = picture_of(w, map);
+    if (!picture) return;
+    if (picture->measured) {
+        m->roughness *= picture->mean[1];
+        m->metallic *= picture->mean[2];
+    }
+    snprintf(text, sizeof text,
+             "the picture of its metal and roughness is left out, %s: %.2f and %.2f",
+             picture->measured ? "but for what they are in the mean" : "which cannot be read",
+             (double)m->metallic, (double)m->roughness);
+    note_picture(w, name, picture->name, text);
+}
+
+/* ---- Materials ---- */
+
+static bool mirrors_base(const shd_model_material *from) {
+    return from->kind == SHD_MODEL_METAL_ROUGH && from->metallic > 0.5f;
+}
+
+/* Which of our coefficients follow the picture of a color of the file. */
+static void give_texture(const shd_model_material *from, shd_model_map_kind kind,
+                         const shd_import_texture *texture, shd_import_material *out) {
+    const bool is_mtl = from->kind == SHD_MODEL_MTL,
+               glows = from->unlit || (is_mtl && !from->illum);
+    if (kind == SHD_MAP_OPACITY) {
+        const bool alpha = texture->picture->measured && texture->picture->mean[3] < 1;
+        out->textures[kind] = *texture;
+        out->textures[kind].channel = alpha ? 'A' : 'R';
+        return;
+    }
+    if (kind == SHD_MAP_DIFFUSE && from->cut_out && from->opacity > 0 &&
+        texture->picture->measured && texture->picture->mean[3] < 1) {
+        out->textures[SHD_MAP_OPACITY] = *texture;
+        out->textures[SHD_MAP_OPACITY].channel = 'A';
+    }
+    if (glows) { /* a color, whatever the light */
+        if (kind == SHD_MAP_DIFFUSE) out->textures[SHD_MAP_EMISSIVE] = *texture;
+        return;
+    }
+    out->textures[kind] = *texture;
+    if (kind != SHD_MAP_DIFFUSE) return;
+    /* What rough facets scatter is in it, which is not all of the base color: where that is bright,
+     * the factor would make it more than there is. */
+    if (from->kind == SHD_MODEL_METAL_ROUGH) out->textures[kind].most = 1;
+    if (!is_mtl) out->textures[SHD_MAP_AMBIENT] = *texture;
+    /* A metal mirrors its base color, which only Phong's lobes can take from a picture. */
+    if (mirrors_base(from) && out->light.model == SHD_NATIVE_PHONG)
+        out->textures[SHD_MAP_SPECULAR] = *texture;
+}
+
+/* Looks at the picture of one use: it is taken, or leaves its mean in `color` (NULL: it is of no
+ * color). */
+static void consider_map(const shd_scene_writer *w, size_t material, const char *name,
+                         shd_model_map_kind kind, float *color, const shd_model_map *map,
+                         shd_import_texture *out) {
+    const shd_model_picture *picture = picture_of(w, map);
+    char text[160];
+    double mean[3] = {1, 1, 1};
+    if (!picture) return;
+    if (color) take_mean(picture, color, mean);
+    const char *why = kind < SHD_MAP_TAKEN ? find_obstacle(w, material, map, picture)
+                                           : "scenes have no such thing";
+    if (!why) {
+        *out = (shd_import_texture){map, picture, {mean[0], mean[1], mean[2]}, HUGE_VAL, 0};
+        return;
+    }
+    snprintf(text, sizeof text, "the picture of its %s is left out%s, because %s", uses[kind],
+             color && picture->measured ? " but for its mean" : "", why);
+    note_picture(w, name, picture->name, text);
+}
+
+/* What pictures cannot do that were taken, or not. */
+static void tell_losses(const shd_scene_writer *w, const char *name, const shd_model_material *from,
+                        const shd_import_material *made) {
+    const shd_import_texture *mirrored =
+        &made->textures[mirrors_base(from) ? SHD_MAP_DIFFUSE : SHD_MAP_SPECULAR];
+    if (mirrored->map && made->light.model == SHD_NATIVE_COOK_TORRANCE)
+        note_picture(w, name, mirrored->picture->name,
+                     "what it mirrors has the mean color of its picture");
+    const shd_model_picture *base = picture_of(w, &from->maps[SHD_MAP_DIFFUSE]);
+    const bool clear = made->textures[SHD_MAP_OPACITY].map;
+    if (base && from->cut_out && base->measured && base->mean[3] < 1 && !clear)
+        note_picture(w, name, base->name, "the alpha of its base color is left out");
+    if (clear && from->opacity < 1)
+        shd_import_note(w->options, "material \"%s\": the factor of its opacity, %.3g, is left out",
+                        name, (double)from->opacity);
+    if (from->strength_lost)
+        shd_import_note(w->options,
+                        "material \"%s\": its emissiveStrength is left out, because "
+                        "another material has its name",
+                        name);
+    if (from->others.count)
+        note_picture(w, name, from->others, "pictures of other uses are left out");
+}
+
+void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
+                       shd_import_material *out) {
+    const shd_model_material *materials = shd_span_items(w->model, w->model->materials);
+    const shd_model_material *from = &materials[index];
+    shd_model_material even = *from;
+    shd_import_texture taken[SHD_MAP_TAKEN] = {{.map = NULL}}, none;
+    float *const colors[SHD_MAP_COLORS] = {even.ambient, even.diffuse, even.specular,
+                                           even.emissive};
+    for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
+        consider_map(w, index, name, (shd_model_map_kind)kind,
+                     kind < SHD_MAP_COLORS ? colors[kind] : NULL, &from->maps[kind], &taken[kind]);
+    consider_map(w, index, name, SHD_MAP_NORMAL, NULL, &from->maps[SHD_MAP_NORMAL], &none);
+    take_metal_rough(w, name, &even);
+    shd_import_material_of(&even, w->options->phong, out);
+    for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
+        if (taken[kind].map) give_texture(&even, (shd_model_map_kind)kind, &taken[kind], out);
+    tell_losses(w, name, &even, out);
+}
+
+/* ---- Writing ---- */
+
+/* Keeps the picture's file, once. */
+static bool keep_picture(shd_scene_writer *w, const shd_import_texture *texture, char **digits) {
+    const void *bytes = shd_span_items(w->model, texture->picture->bytes);
+    const size_t size = texture->picture->bytes.count;
+    shd_kept_picture *kept = &w->pictures[texture->map->picture - 1];
+    *digits = kept->digits;
+    if (*kept->digits) return true;
+    const shd_digest digest = shd_digest_of(bytes, size);
+    shd_digest_write(&digest, kept->digits);
+    const char *suffix = shd_format_get(format_of(w, texture->picture))->name;
+    w->cancelled = !w->options->picture(w->options->context, bytes, size, kept->digits, suffix);
+    return !w->cancelled;
+}
+
+static void put_factor(shd_scene_writer *w, const shd_import_texture *texture,
+                       const double rgb[3]) {
+    double tint[3];
+    for (int c = 0; c < 3; c++) tint[c] = fmin(rgb[c] / texture->mean[c], texture->most);
+    if (!shd_format_get(format_of(w, texture->picture))->linear)
+        fputs(", \"space\": \"sRGB\"", w->out);
+    fputs(", \"tint\": ", w->out);
+    shd_put_numbers(w->out, tint, 3);
+}
+
+bool shd_put_texture(shd_scene_writer *w, const shd_import_texture *texture, const double rgb[3]) {
+    static const char *const wraps[] = {
+        [SHD_MODEL_REPEAT] = "repeat", [SHD_MODEL_CLAMP] = "clamp", [SHD_MODEL_MIRROR] = "mirror"};
+    const shd_model_map *map = texture->map;
+    char *digits;
+    if (!keep_picture(w, texture, &digits)) return false;
+    fprintf(w->out, "{\"texture\": \"sha256-%s\"", digits);
+    if (texture->channel)
+        fprintf(w->out, ", \"channel\": \"%c\"", texture->channel);
+    else
+        put_factor(w, texture, rgb);
+    fprintf(w->out, ", \"uv\": {\"wrap\": \"%s\"", wraps[map->wrap]);
+    if (map->scale[0] != 1 || map->scale[1] != 1) {
+        fputs(", \"scale\": ", w->out);
+        shd_put_floats(w->out, map->scale, 2);
+    }
+    if (map->rotate != 0) {
+        fputs(", \"rotate\": ", w->out);
+        shd_put_float(w->out, map->rotate);
+    }
+    if (map->offset[0] != 0 || map->offset[1] != 0) {
+        fputs(", \"offset\": ", w->out);
+        shd_put_floats(w->out, map->offset, 2);
+    }
+    fputs("}}", w->out);
+    return true;
+}
