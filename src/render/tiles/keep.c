@@ -130,6 +130,7 @@ static void put_textures(hash *h, const shd_plan_textures *textures) {
 }
 
 static void put_colors(hash *h, const shd_plan_material *material) {
+    put_numbers(h, material->constant, 3);
     put_numbers(h, material->diffuse, 3);
     for (size_t k = 0; k < material->lobe_count; k++)
         put_numbers(h, material->lobes[k].specular, 3);
