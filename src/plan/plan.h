@@ -155,8 +155,8 @@ typedef struct shd_plan {
     /* What a light with a shape may be off as a point, of the most that it adds, under a budget of
      * linear error; 0: no more than rounding. */
     double point_off;
-    /* What one sample at a pixel's center, which `draft` takes where a surface is smooth, may be off
-     * the mean of all samples (bound/light/means.h). 0 and 0: all samples are taken. */
+    /* What one sample at a pixel's center, which `draft` takes where a surface is smooth, may be
+     * off the mean of all samples (bound/light/means.h). 0 and 0: all samples are taken. */
     shd_mean_room mean_room;
     shd_bound bound; /* of the picture's error, which counts all of these */
     bool whole;      /* as shd_plan_draft has it */
