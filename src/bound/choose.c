@@ -69,8 +69,9 @@ static void set_bound(shd_choice *choice, const shd_shown *shown, shd_excess_lis
                              shown_off(&plan, shown, SHD_DELTA_E_2000, 0)};
         return;
     }
-    shd_excess_leave_out(list, choice->drop_tolerance + choice->dropped + choice->mean_off,
-                         choice->drop_relative);
+    shd_excess_leave_out(list,
+                         choice->drop_tolerance + choice->dropped + choice->mean_room.absolute,
+                         choice->drop_relative + choice->mean_room.relative);
     *bound = (shd_bound){shd_bound_linear(list), 0, 0};
     if (is_exact(choice, list)) return;
     if (!shown || !outputs) bound->code = bound->delta_e = INFINITY;
@@ -303,7 +304,9 @@ shd_status shd_choose(const shd_plan *draft, const shd_shown *shown, const shd_k
     shd_choice choice = {.plan = draft,
                          .tier = draft->extended && !draft->models32 ? SHD_EXACT : accuracy->tier,
                          .by_quadrature = !accuracy->budget && accuracy->tier == SHD_EXACT,
-                         .mean_off = accuracy->draft ? shd_plan_draft_off(draft) : 0};
+                         .mean_room = accuracy->draft && shd_plan_may_draft(draft)
+                                          ? SHD_DRAFT_ROOM
+                                          : (shd_mean_room){0, 0}};
     const shd_status status = accuracy->budget ? meet_budget(&choice, shown, costs, arena, error)
                               : find_bound(&choice, shown, arena) ? SHD_OK
                                                                   : SHD_MEMORY;

@@ -23,6 +23,12 @@ typedef struct shd_pattern_spread {
     double square, along;
 } shd_pattern_spread;
 
-/* What one sample at the center of a pixel may be off the mean of all of its samples, in linear
- * light, where `draft` takes it instead of them. */
-static const double SHD_DRAFT_OFF = 0x1p-10;
+/* Where `draft` takes one sample at the center of a pixel, its value is off the mean of all of its
+ * samples by no more than a + r v in a component of that mean v, in linear light. The second part
+ * is what eyes and codes tell of light, the first one keeps the dark from being sampled for
+ * nothing. */
+typedef struct shd_mean_room {
+    double absolute, relative;
+} shd_mean_room;
+
+static const shd_mean_room SHD_DRAFT_ROOM = {0x1p-13, 0x1p-8};

@@ -2,7 +2,6 @@
 
 #include <string.h>
 
-#include "plan/bend.h"
 #include "plan/parts.h"
 #include "plan/textures.h"
 #include "plan/tier.h"
@@ -276,18 +275,18 @@ bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_aren
     return true;
 }
 
-double shd_plan_draft_off(const shd_plan *plan) {
+bool shd_plan_may_draft(const shd_plan *plan) {
     const shd_scene *scene = plan->scene;
-    if (scene->raster.samples == 1 || plan->extended || plan->plane_count > 1) return 0;
+    if (scene->raster.samples == 1 || plan->extended || plan->plane_count > 1) return false;
     for (int k = SHD_LAYER_NORMAL; k < SHD_LAYER_KINDS; k++)
-        if (plan->wants[k]) return 0;
+        if (plan->wants[k]) return false;
     for (size_t o = 0; o < scene->object_count; o++) {
         const shd_object *object = &scene->objects[o];
         if ((object->shape == SHD_SPHERE || object->shape == SHD_PLANE) &&
             object->interpolation == SHD_PHONG && !plan->materials[object->material].textures)
-            return SHD_DRAFT_OFF;
+            return true;
     }
-    return 0;
+    return false;
 }
 
 bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan **out) {
@@ -299,7 +298,7 @@ bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan 
     plan->drop_relative = choice->drop_relative;
     plan->dropped = choice->dropped;
     plan->point_off = choice->point_off;
-    plan->mean_off = choice->mean_off;
+    plan->mean_room = choice->mean_room;
     if (choice->by_quadrature) plan->glows = NULL;
     plan->bound = choice->bound;
     if (!shd_plan_summarize(plan, arena)) return false;

@@ -8,6 +8,7 @@
 #include "base/arena.h"
 #include "base/cancel.h"
 #include "base/cpu.h"
+#include "plan/bend.h"
 #include "plan/light.h"
 #include "scene/scene.h"
 
@@ -159,9 +160,8 @@ typedef struct shd_plan {
      * linear error; 0: no more than rounding. */
     double point_off;
     /* What one sample at a pixel's center, which `draft` takes where a surface is smooth, may be
-     * off the mean of all samples, in linear light (bound/light/means.h). 0: all samples are taken.
-     */
-    double mean_off;
+     * off the mean of all samples (bound/light/means.h). 0 and 0: all samples are taken. */
+    shd_mean_room mean_room;
     shd_bound bound; /* of the picture's error, which counts all of these */
     bool whole;      /* as shd_plan_draft has it */
     /* Whether the scene has what goes beyond Phong's model and lights that are points: another
@@ -197,7 +197,8 @@ typedef struct shd_choice {
     const shd_plan *plan; /* the draft, or what is left of it without lights */
     shd_tier tier;
     double drop_tolerance, drop_relative, dropped; /* as in shd_plan */
-    double point_off, mean_off;                    /* as in shd_plan */
+    double point_off;                              /* as in shd_plan */
+    shd_mean_room mean_room;                       /* as in shd_plan */
     bool by_quadrature;                            /* without plan->glows */
     shd_bound bound;
 } shd_choice;
@@ -289,10 +290,14 @@ void shd_print_bound(double bound, double most, char out[SHD_BOUND_TEXT]);
 /* The same of the plan's bound: within the budget if the plan has one in that metric. */
 void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_BOUND_TEXT]);
 
-/* What `draft` would be off by taking one sample where a surface is smooth (plan->mean_off), if it
- * is asked for or not. 0: it renders as `standard`, because the document wants one sample or
- * layers, or has no sphere or plane whose light could be told to be smooth. */
-double shd_plan_draft_off(const shd_plan *plan);
+/* Whether `draft`, if it is asked for or not, takes fewer samples. False: it renders as `standard`,
+ * because the document wants one sample or layers, or has no sphere or plane whose light could be
+ * told to be smooth. */
+bool shd_plan_may_draft(const shd_plan *plan);
+
+static inline bool shd_plan_is_draft(const shd_plan *plan) {
+    return plan->mean_room.absolute > 0;
+}
 
 /* What the plan's tier is called: `draft` if it takes fewer samples. */
 const char *shd_plan_tier_name(const shd_plan *plan);

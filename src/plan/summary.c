@@ -35,7 +35,7 @@ void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_
 }
 
 const char *shd_plan_tier_name(const shd_plan *plan) {
-    return plan->mean_off > 0 ? "draft" : shd_tier_names[plan->tier];
+    return shd_plan_is_draft(plan) ? "draft" : shd_tier_names[plan->tier];
 }
 
 bool shd_plan_summarize(shd_plan *plan, shd_arena *arena) {

@@ -251,7 +251,7 @@ typedef enum shd_metric { SHD_LINEAR, SHD_CODE, SHD_DELTA_E_2000 } shd_metric;
 typedef struct shd_accuracy {
     shd_tier tier;
     /* Whether the document asks for `draft`: `standard`, but with fewer samples where that is
-     * bounded (shd_plan.mean_off). */
+     * bounded (shd_plan.mean_room). */
     bool draft;
     bool budget; /* whether a budget and its metric are given instead of a tier */
     /* What the document asks for, and what of it planning has: all of it, but where a lossy

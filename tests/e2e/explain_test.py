@@ -77,13 +77,15 @@ class Http(unittest.TestCase):
         told = self.explain({**SCENE, "accuracy": {"tier": "draft"}})
         self.assertEqual((told["asked"], told["tier"]), ({"tier": "draft"}, "draft"))
         self.assertEqual(told["samples"], {"pixel": 4, "pattern": "mixed"})
-        self.assertEqual(told["leftOut"]["samples"], 2 ** -10)
+        left_out = told["leftOut"]["samples"]
+        self.assertAlmostEqual(left_out["absolute"], 2 ** -13, 9)
+        self.assertEqual(left_out["relative"], 2 ** -8)
         self.assertIn("kernels, as asked for.", told["words"][0])
         self.assertTrue(any("one at the center" in line for line in told["words"]))
         draft, standard, _ = told["tiers"]
         self.assertEqual((draft["tier"], draft["bound"]["linear"]),
                          ("draft", told["bound"]["linear"]["most"]))
-        self.assertGreater(draft["bound"]["linear"], 2 ** -10)
+        self.assertGreater(draft["bound"]["linear"], 2 ** -13)
         for stage in ("visibility", "shade"):
             self.assertLess(draft["milliseconds"][stage], standard["milliseconds"][stage])
 

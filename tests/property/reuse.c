@@ -71,6 +71,31 @@ static void pictures_are_the_same_and_work_is_saved(void **state) {
     }
 }
 
+/* Ambient light, like all colors, may hide what one sample of a draft is off. */
+static void drafts_know_ambient_light(void **state) {
+    (void)state;
+    static const char *const ambients[] = {"2", "0"};
+    shd_engine *keeps = new_engine_that_keeps((size_t)64 << 20, 2, NULL),
+               *forgets = new_engine_that_keeps(0, 2, NULL);
+    for (int i = 0; i < 2; i++) {
+        char *json = text_of(
+            "{\"image\": {\"width\": 64, \"height\": 48}, \"accuracy\": {\"tier\": \"draft\"}, "
+            "\"output\": {\"format\": \"png\", \"bitDepth\": 16}, \"ambient\": %s, \"lights\": "
+            "[{\"type\": \"point\", \"position\": [3, 2, 3], \"intensity\": 0.5}], \"objects\": "
+            "[{\"type\": \"sphere\", \"radius\": 1.4, \"material\": {\"specular\": 0.1}}]}",
+            ambients[i]);
+        shd_reused reused;
+        file a = render(keeps, json, &reused), b = render(forgets, json, &(shd_reused){0});
+        assert_true(same_file(a, b));
+        assert_int_equal(reused, i ? SHD_REUSED_GEOMETRY : SHD_REUSED_NOTHING);
+        free(a.data);
+        free(b.data);
+        free(json);
+    }
+    shd_engine_drop(keeps);
+    shd_engine_drop(forgets);
+}
+
 /* Sums of light do not know colors, however large these are. */
 static void colors_of_any_size_keep_the_light(void **state) {
     (void)state;
@@ -252,6 +277,7 @@ static void threads_share_records(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pictures_are_the_same_and_work_is_saved),
+        cmocka_unit_test(drafts_know_ambient_light),
         cmocka_unit_test(colors_of_any_size_keep_the_light),
         cmocka_unit_test(lists_of_lights_are_told_apart),
         cmocka_unit_test(planes_of_single_lights_are_not_kept),

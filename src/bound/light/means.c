@@ -36,7 +36,8 @@ typedef struct incidence {
     shd_vec3 way;  /* unit: toward the light, at the block's middle */
     double turned; /* no direction in the block is farther from it */
     shd_slopes ways;
-    smooth fall; /* the attenuation */
+    smooth fall;  /* the attenuation */
+    double least; /* of it */
 } incidence;
 
 /* exp(-x) <= (1 + x / 64)^-64 for x >= 0: no function of a library that others may have otherwise.
@@ -69,7 +70,7 @@ static bool bend_fall(const shd_plan_light *light, double near, double far, shd_
 static bool find_incidence(const shd_plan_light *light, const shd_bend *bend, incidence *out) {
     *out = (incidence){.way = light->toward, .fall = {INFINITY, 0, 0}};
     if (light->directional) {
-        out->fall.most = light->gain;
+        out->fall.most = out->least = light->gain;
         return true;
     }
     const shd_vec3 x = shd_sub(light->position, bend->point);
@@ -82,6 +83,7 @@ static bool find_incidence(const shd_plan_light *light, const shd_bend *bend, in
     out->ways = (shd_slopes){first, bend->points.second / near + 1.5 * first * first};
     const shd_slopes distance = {bend->points.first,
                                  bend->points.second + first * bend->points.first};
+    out->least = shd_attenuation(light, away + moved);
     return bend_fall(light, near, away + moved, distance, &out->fall);
 }
 
@@ -143,14 +145,19 @@ static double err_lobe(const lighting *l, double exponent, double chord, shd_slo
     return shd_smaller(all, times(l->in.fall, power).second / 2 * spread->square);
 }
 
-/* Adds what the light's part may be off to err[3]. */
+/* Of light in each channel: what it may be off, and the least of it in the block. */
+typedef struct channels {
+    double err[3], low[3];
+} channels;
+
+/* Adds a light's part. The least of its highlights is taken for none. */
 static void add_light(const shd_plan_material *material, const shd_plan_light *light,
                       const shd_bend *bend, shd_vec3 mirror, shd_slopes mirrors,
-                      const shd_pattern_spread *spread, double err[3]) {
+                      const shd_pattern_spread *spread, channels *sum) {
     lighting l;
     l.is_smooth = find_incidence(light, bend, &l.in);
     if (!isfinite(l.in.fall.most)) {
-        for (int c = 0; c < 3; c++) err[c] = INFINITY;
+        for (int c = 0; c < 3; c++) sum->err[c] = INFINITY;
         return;
     }
     const int side = light->spot ? side_of_rim(light, &l.in) : 1;
@@ -168,11 +175,15 @@ static void add_light(const shd_plan_material *material, const shd_plan_light *l
         const double error = err_lobe(&l, lobe->shininess, chord, mirrors, bend, spread);
         for (int c = 0; c < 3; c++) weight[c] += fabs(lobe->specular[c]) * error;
     }
-    for (int c = 0; c < 3; c++) err[c] += fabs(light->color[c]) * weight[c];
+    const double least = l.is_smooth ? l.in.least * shd_larger(l.facing - l.turned, 0) : 0;
+    for (int c = 0; c < 3; c++) {
+        sum->err[c] += fabs(light->color[c]) * weight[c];
+        sum->low[c] += light->color[c] * material->diffuse[c] * least;
+    }
 }
 
 bool shd_mean_is_central(const shd_plan *plan, const shd_bend *bend,
-                         const shd_pattern_spread *spread, double tolerance) {
+                         const shd_pattern_spread *spread, const shd_mean_room *room) {
     const shd_plan_group *group = &plan->groups[plan->objects[bend->object].group];
     const shd_plan_material *material = &plan->materials[group->material];
     const shd_vec3 n = bend->normal, v = bend->view,
@@ -180,13 +191,23 @@ bool shd_mean_is_central(const shd_plan *plan, const shd_bend *bend,
     const double n1 = bend->normals.first, v1 = bend->views.first;
     const shd_slopes mirrors = {2 * n1 + v1, 4 * (bend->normals.second + n1 * v1 + (n1 + v1) * n1) +
                                                  bend->views.second};
-    double err[3] = {0, 0, 0};
+    channels sum = {{0, 0, 0}, {0, 0, 0}};
+    bool some[3]; /* nothing takes light away from `low` */
+    for (int c = 0; c < 3; c++) {
+        sum.low[c] = material->constant[c];
+        some[c] = material->constant[c] >= 0 && material->diffuse[c] >= 0;
+        for (size_t k = 0; k < material->lobe_count; k++)
+            some[c] = some[c] && material->lobes[k].specular[c] >= 0;
+    }
     for (size_t k = 0; k < group->light_count; k++) {
-        add_light(material, &plan->lights[group->lights[k]], bend, mirror, mirrors, spread, err);
+        const shd_plan_light *light = &plan->lights[group->lights[k]];
+        add_light(material, light, bend, mirror, mirrors, spread, &sum);
+        for (int c = 0; c < 3; c++) some[c] = some[c] && light->color[c] >= 0;
+    }
+    for (int c = 0; c < 3; c++) {
+        const double low = some[c] ? sum.low[c] / SLACK : 0;
         /* Not-a-number does not fit either. */
-        if (!(err[0] * SLACK <= tolerance && err[1] * SLACK <= tolerance &&
-              err[2] * SLACK <= tolerance))
-            return false;
+        if (!(sum.err[c] * SLACK <= room->absolute + room->relative * low)) return false;
     }
     return true;
 }

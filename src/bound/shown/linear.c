@@ -38,8 +38,8 @@ bool shd_pixel_bound_make(const shd_plan *plan, shd_arena *arena, shd_pixel_boun
     shd_excess_list *list = shd_arena_alloc(arena, 1, sizeof *list);
     if (!list || !shd_excess_find(plan, plan->tier, arena, list, NULL)) return false;
     if (!list->nonnegative) return true;
-    shd_excess_leave_out(list, plan->drop_tolerance + plan->dropped + plan->mean_off,
-                         plan->drop_relative);
+    shd_excess_leave_out(list, plan->drop_tolerance + plan->dropped + plan->mean_room.absolute,
+                         plan->drop_relative + plan->mean_room.relative);
     out->color = list->color;
     out->more = list->more + list->misplaced;
     out->count = list->mixed ? 1 : list->count;

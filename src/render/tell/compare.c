@@ -200,7 +200,7 @@ static shd_status compare_tiers(shd_request *request, const shd_render_options *
     status = render_tier(&r, request->scene, exactly, &progress, &exact, error);
     whole->plan = r.plan;
     if (status != SHD_OK) return status;
-    const bool drafts = shd_plan_draft_off(r.plan) > 0;
+    const bool drafts = shd_plan_may_draft(r.plan);
     progress.pictures += drafts;
 
     json_t *tiers = json_array(); /* the cheapest first; if it is NULL, nothing is printed */

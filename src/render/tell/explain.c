@@ -266,12 +266,13 @@ static json_t *tell_all(const shd_explained *e, json_t *words) {
         tell_materials(plan), "lightChannels", plan->grey_lights ? 1 : 3, "channels",
         plan->grey ? 1 : 3, "splitPositions", plan->split_positions, "objects", tell_objects(plan),
         "samples", "pixel", samples, "pattern",
-        samples == 1         ? "center"
-        : plan->mean_off > 0 ? "mixed"
-                             : "full",
+        samples == 1              ? "center"
+        : shd_plan_is_draft(plan) ? "mixed"
+                                  : "full",
         "leftOut",
-        json_pack("{sf s{sf sf} sf}", "lights", plan->dropped, "tileLights", "absolute",
-                  plan->drop_tolerance, "relative", plan->drop_relative, "samples", plan->mean_off),
+        json_pack("{sf s{sf sf} s{sf sf}}", "lights", plan->dropped, "tileLights", "absolute",
+                  plan->drop_tolerance, "relative", plan->drop_relative, "samples", "absolute",
+                  plan->mean_room.absolute, "relative", plan->mean_room.relative),
         "outputs", tell_outputs(e), "tiers", tell_tiers(e), "words", words, "trace",
         shd_is_traced(plan->scene) ? tell_traced(e) : NULL, "trees", tell_trees(&e->trees));
 }
@@ -421,7 +422,7 @@ static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_exp
     if (scene->trace.shadows &&
         !(shd_find_occlusion(e->plan, r->arena, &e->occlusion) && find_unbounded(e, r->arena)))
         return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small");
-    if (shd_plan_draft_off(e->plan) > 0)
+    if (shd_plan_may_draft(e->plan))
         status = add_tier(r, scene, (shd_accuracy){.draft = true}, e, error);
     for (int t = 0; t <= SHD_EXACT && status == SHD_OK; t++)
         status = add_tier(r, scene, (shd_accuracy){.tier = (shd_tier)t}, e, error);

@@ -199,8 +199,8 @@ static bool find_errors(const shd_rendering *r, const shd_showing *showing,
     *out = NULL;
     if (shd_errs_otherwise(plan)) return true; /* excesses are of Phong's model and of points */
     if (!shd_excess_find(plan, plan->tier, r->arena, &list, NULL)) return false;
-    shd_excess_leave_out(&list, plan->drop_tolerance + plan->dropped + plan->mean_off,
-                         plan->drop_relative);
+    shd_excess_leave_out(&list, plan->drop_tolerance + plan->dropped + plan->mean_room.absolute,
+                         plan->drop_relative + plan->mean_room.relative);
     return shd_picture_errors_new(plan, &list, &shown, r->arena, out);
 }
 

@@ -275,11 +275,11 @@ static void say_samples(json_t *words, const shd_plan *plan) {
     const int samples = plan->scene->raster.samples;
     if (samples == 1)
         say_line(words, "Samples: one a pixel, through its center.");
-    else if (plan->mean_off > 0)
+    else if (shd_plan_is_draft(plan))
         say_line(words,
                  "Samples: one at the center of a pixel where a sphere or a plane fills 8 x 8 of "
-                 "them and bends light by no more than %.2g, all %d elsewhere.",
-                 plan->mean_off, samples);
+                 "them and bends light by no more than %.2g + %.2g of a value, all %d elsewhere.",
+                 plan->mean_room.absolute, plan->mean_room.relative, samples);
     else
         say_line(words, "Samples: all %d of every pixel.", samples);
 }

@@ -86,8 +86,8 @@ static void put_geometry(hash *h, const shd_plan *plan) {
                            raster->w,     raster->h,      raster->samples};
     put_bytes(h, numbers, sizeof numbers);
     put_count(h, plan->split_positions);
-    if (plan->charted) put_count(h, UINT64_MAX);          /* hits tell of triangles */
-    if (plan->mean_off > 0) put_count(h, UINT64_MAX - 1); /* smooth blocks have fewer */
+    if (plan->charted) put_count(h, UINT64_MAX);               /* hits tell of triangles */
+    if (shd_plan_is_draft(plan)) put_count(h, UINT64_MAX - 1); /* smooth blocks have fewer */
     put_count(h, scene->object_count);
     for (size_t o = 0; o < scene->object_count; o++)
         put_object(h, &scene->objects[o], o, &plan->materials[scene->objects[o].material],
@@ -127,6 +127,7 @@ static void put_textures(hash *h, const shd_plan_textures *textures) {
 }
 
 static void put_colors(hash *h, const shd_plan_material *material) {
+    put_numbers(h, material->constant, 3);
     put_numbers(h, material->diffuse, 3);
     for (size_t k = 0; k < material->lobe_count; k++)
         put_numbers(h, material->lobes[k].specular, 3);
@@ -147,7 +148,7 @@ static void put_lights(hash *h, const shd_plan *plan) {
         for (size_t k = 0; k < material->lobe_count; k++)
             put_numbers(h, &material->lobes[k].shininess, 1);
         if (material->textures) put_textures(h, material->textures);
-        if (plan->mean_off > 0) put_colors(h, material); /* which blocks are smooth */
+        if (shd_plan_is_draft(plan)) put_colors(h, material); /* which blocks are smooth */
         /* A material's sums leave out lights whose color it has nothing of. */
         put_count(h, group->light_count);
         put_bytes(h, group->lights, group->light_count * sizeof *group->lights);

@@ -41,13 +41,13 @@ static void add_block(shd_tile tile, size_t block, size_t samples, shd_tile_scra
                                                  (uint16_t)samples, &s->survey.blocks[block]};
 }
 
-/* Whether one sample at the center of each of a block's pixels is within plan->mean_off of all. */
+/* Whether one sample at the center of each of a block's pixels is within plan->mean_room of all. */
 static bool is_smooth(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
     shd_bend bend;
     return shd_sight_bend(scenery->sight, &s->survey, block, &bend) &&
            !plan->materials[plan->objects[bend.object].material].textures &&
-           shd_mean_is_central(plan, &bend, &s->spread, plan->mean_off);
+           shd_mean_is_central(plan, &bend, &s->spread, &plan->mean_room);
 }
 
 /* Lists all pixels of blocks where something may be seen, block by block, so that a bundle's rays
@@ -59,7 +59,7 @@ static void list_blocks(const shd_scenery *scenery, shd_tile tile, size_t sample
     s->bundle_count = 0;
     for (size_t block = 0; block < blocks; block++) {
         if (!s->survey.blocks[block].count) continue;
-        if (scenery->plan->mean_off > 0 && is_smooth(scenery, block, s))
+        if (shd_plan_is_draft(scenery->plan) && is_smooth(scenery, block, s))
             add_block(tile, block, 1, s);
         else
             rest[count++] = block;
@@ -86,7 +86,7 @@ static void list_rows(shd_tile tile, shd_tile_scratch *s, size_t samples) {
 
 void shd_list_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s) {
     const size_t samples = (size_t)scenery->plan->scene->raster.samples;
-    if (s->survey.even && !(scenery->plan->mean_off > 0))
+    if (s->survey.even && !shd_plan_is_draft(scenery->plan))
         list_rows(tile, s, samples);
     else
         list_blocks(scenery, tile, samples, s);

@@ -27,7 +27,7 @@ typedef struct shd_tile_scratch {
     uint16_t *pixels;                /* the cells that are looked at */
     shd_bundle bundles[SHD_BUNDLES]; /* which of them are cast together */
     size_t bundle_count;
-    shd_pattern_spread spread; /* of samples, if bundles may take one instead (plan->mean_off) */
+    shd_pattern_spread spread; /* of samples, if bundles may take one instead (plan->mean_room) */
 
     /* A chunk's rays. */
     int32_t *x, *y;
