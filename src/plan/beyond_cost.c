@@ -19,9 +19,10 @@ static const double models[SHD_MODEL_COUNT] = {
 };
 static const light_cost points = {25, 15}; /* alone */
 
-/* The same in f32. */
-static const double models32[SHD_MODEL_COUNT] = {
-    [SHD_MODEL_BLINN_PHONG] = 1, [SHD_MODEL_PHONG_NORMALIZED] = 2, [SHD_MODEL_OREN_NAYAR] = 0.5};
+/* The same in f32, by instructions beside those of Phong's model. */
+static const double models32[SHD_MODEL_COUNT] = {[SHD_MODEL_BLINN_PHONG] = 0.6,
+                                                 [SHD_MODEL_PHONG_NORMALIZED] = 0.8,
+                                                 [SHD_MODEL_OREN_NAYAR] = 0.6};
 
 /* What vectors take more behind shadows, for the points of a crowd. */
 static const double SHARED = 8;

@@ -58,8 +58,8 @@ static char *extended_scene(const char *accuracy, uint64_t seed) {
 }
 
 /* All tiers and all budgets that are met have the exact tier's picture, to the bit, and no more is
- * told of codes and CIEDE2000 than that, but for models in f32 (bounds_models32.c). What is met in linear components is bounded. tests/attack
- * holds the exact tier to its linear bound. */
+ * told of codes and CIEDE2000 than that, but for models in f32 (bounds_models32.c). What is met in
+ * linear components is bounded. tests/attack holds the exact tier to its linear bound. */
 static void check_budget(shd_engine *engine, uint64_t seed, int metric, const drawn *exact,
                          int *met, int *refused) {
     static const char *const metrics[] = {"linear", "code", "deltaE2000"};

@@ -52,8 +52,7 @@ static void say_tier(json_t *words, const shd_explained *e) {
                  accuracy->whole);
     if (accuracy->budget) return;
     if (plan->extended && !plan->models32)
-        say_line(words, "Tier %s, with %s kernels: the only one for %s.", tier, isa,
-                 why_exact(plan));
+        say_line(words, "Tier %s: the only one for %s.", tier, why_exact(plan));
     else if (strcmp(tier, shd_asked_tier(accuracy)))
         say_line(words,
                  "Tier %s, with %s kernels: %s was asked for, which takes fewer "
