@@ -95,7 +95,7 @@ double SHD_VARIANT(shd_end_of)(const shd_batch *b, const shd_stage *hits);
 void SHD_VARIANT(shd_find_ball)(const shd_item *it, const shd_batch *b, double *t);
 void SHD_VARIANT(shd_place_ball)(const shd_item *it, const shd_batch *b, shd_surfaces *out);
 void SHD_VARIANT(shd_show_ball)(const shd_item *it, const shd_batch *b, double *t, shd_stage *out);
-/* In some sectors: t; the rest of the last one. */
+/* In some sectors: t; what tiers in f32 want but t. */
 void SHD_VARIANT(shd_find_ball_in)(const shd_item *it, const shd_batch *b, unsigned sectors,
                                    double *t);
 void SHD_VARIANT(shd_show_ball_in)(const shd_item *it, const shd_batch *b, unsigned sectors,
