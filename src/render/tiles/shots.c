@@ -57,8 +57,8 @@ static void list_rows(shd_tile tile, shd_tile_scratch *s, size_t samples) {
             (uint16_t)first, (uint16_t)(count - first < step ? count - first : step), NULL};
 }
 
-void shd_list_pixels(shd_tile tile, size_t samples, shd_tile_scratch *s) {
-    if (s->survey.even)
+void shd_list_pixels(shd_tile tile, size_t samples, bool blocks, shd_tile_scratch *s) {
+    if (s->survey.even && !blocks)
         list_rows(tile, s, samples);
     else
         list_blocks(tile, s);

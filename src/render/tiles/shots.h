@@ -11,8 +11,8 @@ typedef struct shd_chunk {
 
 /* Fills s->pixels and s->bundles with all pixels of blocks where the survey of the tile's cell of
  * the grid says that something may be seen. They are listed block by block or, if that saves
- * nothing, row by row as pictures have them. */
-void shd_list_pixels(shd_tile tile, size_t samples, shd_tile_scratch *s);
+ * nothing and nobody asks for `blocks`, row by row as pictures have them. */
+void shd_list_pixels(shd_tile tile, size_t samples, bool blocks, shd_tile_scratch *s);
 
 /* Takes as many bundles from `first` on as there is room for, and fills s->x, y, sample and
  * shot_cell. */

@@ -1,8 +1,8 @@
 /* One thread's working memory for tiles. */
 #pragma once
 
+#include "render/tiles/far.h"
 #include "render/tiles/fragments.h"
-#include "shade/far.h"
 #include "shade/lighting.h"
 #include "sight/sight.h"
 
@@ -48,8 +48,9 @@ typedef struct shd_tile_scratch {
     double **exact;   /* of the exact tier: [term][channel] of a run */
     double **weights; /* [plan->max_patterns]: what a run's patterns are at its points */
     uint32_t *which;  /* lights that may reach a run */
-    double *costs;    /* [light_count], for shd_far_gather; NULL: nothing may be left out */
-    shd_far far;      /* of the run */
+    shd_afar_scratch afar; /* of a plan that has bunches */
+    /* What lights the run beside `which`, or none. */
+    const shd_far *far[2];
     /* Of hits through which a transparent background may be seen: how much of a sample each one
      * covers. NULL: there are none. */
     float *alpha;
