@@ -53,5 +53,10 @@ typedef struct shd_bunches {
     size_t alone_count;
 } shd_bunches;
 
+/* How many there are that are not divided further, and lights in no bunch. */
+static inline size_t shd_bunches_groups(const shd_bunches *bunches) {
+    return bunches->leaves + bunches->alone_count;
+}
+
 /* False: memory, or cancelled. */
 bool shd_bunches_new(const shd_plan *plan, shd_arena *arena, const shd_bunches **out);

@@ -130,7 +130,10 @@ static void say_lights(json_t *words, const shd_plan *plan) {
                  "Tiles leave out lights that add no more than %.2g + %.2g of a value to it.",
                  plan->drop_tolerance, plan->drop_relative);
     if (plan->bunches)
-        say_line(words, "Within that, lights far from all that a tile shows are lit together.");
+        say_line(words,
+                 "Within that, lights far from all that a tile or a block of it shows are lit "
+                 "together: %zu lights, in %zu groups.",
+                 plan->light_count, shd_bunches_groups(plan->bunches));
 }
 
 static void say_lamps(json_t *words, const shd_plan *plan) {
