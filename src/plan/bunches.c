@@ -21,8 +21,8 @@ typedef struct builder {
 
 static bool falls_alike(const shd_plan_light *x, const shd_plan_light *y) {
     if (x->attenuated != y->attenuated) return false;
-    return !x->attenuated || (x->a == y->a && x->b == y->b && x->c == y->c &&
-                              x->min_distance == y->min_distance);
+    return !x->attenuated ||
+           (x->a == y->a && x->b == y->b && x->c == y->c && x->min_distance == y->min_distance);
 }
 
 /* The light's kind of attenuation; SHD_FALLS: it is in no tree. */
@@ -115,8 +115,7 @@ static bool plant_roots(builder *b, shd_arena *arena) {
     shd_bunches *out = b->out;
     uint8_t *falls = shd_arena_alloc(arena, plan->light_count, sizeof *falls);
     if (!falls) return false;
-    for (size_t j = 0; j < plan->light_count; j++)
-        falls[j] = (uint8_t)fall_of(b, &plan->lights[j]);
+    for (size_t j = 0; j < plan->light_count; j++) falls[j] = (uint8_t)fall_of(b, &plan->lights[j]);
     uint32_t at = 0;
     for (size_t fall = 0; fall <= b->fall_count; fall++) {
         const size_t kind = fall < b->fall_count ? fall : SHD_FALLS;
@@ -142,31 +141,24 @@ static bool fill_rows(const shd_plan *plan, shd_arena *arena, shd_bunches *out) 
     for (size_t i = 0; i < out->light_count; i++) {
         const shd_plan_light *l = &plan->lights[out->lights[i]];
         const bool falls = l->attenuated;
-        const double row[SHD_BUNCH_ROWS] = {l->position.x,
-                                            l->position.y,
-                                            l->position.z,
-                                            falls ? l->a : 1,
-                                            falls ? l->b : 0,
-                                            falls ? l->c : 0,
-                                            l->gain,
-                                            falls ? l->min_distance : 0,
-                                            l->color[0],
-                                            l->color[1],
-                                            l->color[2]};
+        const double row[SHD_BUNCH_ROWS] = {
+            l->position.x,    l->position.y,    l->position.z, falls ? l->a : 1,
+            falls ? l->b : 0, falls ? l->c : 0, l->gain,       falls ? l->min_distance : 0,
+            l->color[0],      l->color[1],      l->color[2]};
         for (size_t k = 0; k < SHD_BUNCH_ROWS; k++) out->rows[k][i] = row[k];
     }
     return true;
 }
 
 bool shd_bunches_new(const shd_plan *plan, shd_arena *arena, const shd_bunches **out) {
-    const size_t lights = plan->light_count, most = lights / 2 + 2 * SHD_FALLS; /* leaves have 4 or more, or are roots */
+    const size_t lights = plan->light_count,
+                 most = lights / 2 + 2 * SHD_FALLS; /* leaves have 4 or more, or are roots */
     shd_bunches *made = shd_arena_zalloc(arena, 1, sizeof *made);
     if (!made) return false;
     made->list = shd_arena_alloc(arena, most, sizeof *made->list);
     made->lights = shd_arena_alloc(arena, lights, sizeof *made->lights);
     made->alone = shd_arena_alloc(arena, lights, sizeof *made->alone);
-    builder b = {
-        .plan = plan, .out = made, .keys = shd_arena_alloc(arena, lights, sizeof *b.keys)};
+    builder b = {.plan = plan, .out = made, .keys = shd_arena_alloc(arena, lights, sizeof *b.keys)};
     if (!made->list || !made->lights || !made->alone || !b.keys || !plant_roots(&b, arena))
         return false;
     for (size_t i = 0; i < made->count; i++) {

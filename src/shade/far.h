@@ -1,10 +1,10 @@
 /* The light of many lights that are far from a few points, as one polynomial.
  *
  * A light at v from a point sends E = Il f(|v|) v / |v| there, and N.E is what diffuse surfaces
- * show of it, as long as N.E is not below 0. E is the gradient of a potential, because it is central:
- * where the point moves by h, so that |v|^2 becomes D^2 + e, that of a series in e. What of it
- * is of the fourth degree in h or lower has 34 derivatives, whose sums tell the light of all lights
- * together. The rest of E is bounded, for each light, by shd_far_rest.
+ * show of it, as long as N.E is not below 0. E is the gradient of a potential, because it is
+ * central: where the point moves by h, so that |v|^2 becomes D^2 + e, that of a series in e. What
+ * of it is of the fourth degree in h or lower has 34 derivatives, whose sums tell the light of all
+ * lights together. The rest of E is bounded, for each light, by shd_far_rest.
  *
  * Lights that lie together (plan/bunches.h) have one series, about where they are: a light that is
  * s beside the middle sends to h what one in the middle sends to h - s. So moments of their places
@@ -52,9 +52,9 @@ typedef struct shd_far_patch {
 typedef struct shd_far_look {
     bool behind;    /* N.L is not above 0 anywhere */
     double certain; /* f N.L at all points, at least; 0 if that is not known to be above 0 */
-    double rest;    /* what of the color is left out if the light is taken; infinite: it may not be */
-    double shown;   /* what diffuse light adds to the color, about */
-    double most;    /* of f N.L Il in any channel */
+    double rest;  /* what of the color is left out if the light is taken; infinite: it may not be */
+    double shown; /* what diffuse light adds to the color, about */
+    double most;  /* of f N.L Il in any channel */
 } shd_far_look;
 
 /* One for each instruction set; all give the same bits. */

@@ -51,8 +51,8 @@ static void load_rows(const shd_bunches *from, const uint32_t *which, size_t som
 }
 
 /* Cosine and sine of a sum of angles: -1 and 0 if it is more than 180 degrees, or not known. */
-SHD_INLINE void add_angles(shd_vd cosine, shd_vd sine, shd_angle in, shd_vd known, shd_vd *out_cosine,
-                           shd_vd *out_sine) {
+SHD_INLINE void add_angles(shd_vd cosine, shd_vd sine, shd_angle in, shd_vd known,
+                           shd_vd *out_cosine, shd_vd *out_sine) {
     const shd_vd zero = vd(0), c = in.cosine * cosine - in.sine * sine,
                  s = in.sine * cosine + in.cosine * sine;
     shd_vd right = where(zero, s, zero, known);
@@ -81,8 +81,7 @@ SHD_INLINE shd_vd mixed_tail(shd_vd linear, shd_vd square, shd_vd x) {
     const shd_vd i1 = q1, i2 = q2 + q1 * q1, i3 = q3 + 2 * q1 * q2 + q1 * q1 * q1;
     const shd_vd p1 = 1 + i1, p2 = p1 + i2, p3 = p2 + i3;
     const shd_vd whole = (1 + x) / ((1 - x) * (1 - q));
-    const shd_vd rest =
-        whole - (1 + x * (1 + p1 + x * (p1 + p2 + x * (p2 + p3)))) + 1e-14 * whole;
+    const shd_vd rest = whole - (1 + x * (1 + p1 + x * (p1 + p2 + x * (p2 + p3)))) + 1e-14 * whole;
     return where(vd(0.9), q, rest, vd(INFINITY));
 }
 
@@ -103,9 +102,10 @@ static void look_at_lanes(const shd_far_patch *p, const rows *r, looks *out) {
                         FARTHEST = 1e30;
     const shd_vd zero = vd(0), one = vd(1), none = vd(INFINITY);
     for (int v = 0; v < LANES; v += WIDE) {
-        const shd_vd x = shd_vd_load(r->x + v) - p->center.x, y = shd_vd_load(r->y + v) - p->center.y,
-                     z = shd_vd_load(r->z + v) - p->center.z, d = shd_vd_sqrt(x * x + y * y + z * z),
-                     over = 1 / d, wide = p->radius * over;
+        const shd_vd x = shd_vd_load(r->x + v) - p->center.x,
+                     y = shd_vd_load(r->y + v) - p->center.y,
+                     z = shd_vd_load(r->z + v) - p->center.z,
+                     d = shd_vd_sqrt(x * x + y * y + z * z), over = 1 / d, wide = p->radius * over;
         shd_vd known = where(one, wide, one, zero); /* where the patch is not around the light */
         known = where(d, vd(NEAREST), known, zero);
         known = where(vd(FARTHEST), d, known, zero);
@@ -129,8 +129,8 @@ static void look_at_lanes(const shd_far_patch *p, const rows *r, looks *out) {
         const shd_vd most = gain / (a + near * (b + near * c)),
                      least = gain / (a + far * (b + far * c)),
                      fall = lesser_vd(most, vd(SHD_LARGEST_FALL)) * (1 + MARGIN);
-        const shd_vd q = wide * (1 + 1e-9), t = where(vd(WIDEST), q, q, zero),
-                     linear = d * b, square = d * d * c, all = a + linear + square;
+        const shd_vd q = wide * (1 + 1e-9), t = where(vd(WIDEST), q, q, zero), linear = d * b,
+                     square = d * d * c, all = a + linear + square;
         shd_vd rest = (tail_of(a, b, c, linear / all, square / all, t) + ROUNDING) * (gain / all) *
                       (1 + MARGIN);
         rest = where(vd(WIDEST), q, rest, none);
@@ -145,8 +145,7 @@ static void look_at_lanes(const shd_far_patch *p, const rows *r, looks *out) {
         shd_vd_store(out->rest + v, rest);
         for (size_t k = 0; k < p->lobe_count; k++) {
             /* (R.V)^ns is at most exp(-x), x = ns (1 - R.V), and that (1 + x / 2^n)^-2^n. */
-            shd_vd power =
-                1 / (1 + p->shininess[k] / (1 << SLOWLY) * greater_vd(1 - shine, zero));
+            shd_vd power = 1 / (1 + p->shininess[k] / (1 << SLOWLY) * greater_vd(1 - shine, zero));
             for (int n = 0; n < SLOWLY; n++) power *= power;
             shd_vd_store(out->power[k] + v, power * (1 + MARGIN) * fall);
         }
@@ -191,7 +190,8 @@ static void derive_lanes(const rows *r, shd_vec3 center, lanes to[SHD_FAR_TERMS]
                      over = 1 / d;
         const shd_vd a = shd_vd_load(r->a + v) * d, b = shd_vd_load(r->b + v) * d * d,
                      c = shd_vd_load(r->c + v) * d * d * d;
-        shd_vd fall[4], g[4], power[3][5] = {{vd(1), x * over}, {vd(1), y * over}, {vd(1), z * over}};
+        shd_vd fall[4], g[4],
+            power[3][5] = {{vd(1), x * over}, {vd(1), y * over}, {vd(1), z * over}};
         for (int k = 0; k < 4; k++) fall[k] = a * root[k] + (k < 2 ? b : vd(0)) + c * cube[k];
         const shd_vd part = 1 / fall[0];
         g[0] = shd_vd_load(r->gain + v) * part;
@@ -263,7 +263,9 @@ SHD_INLINE void weigh_terms(const shd_vd h[3], const shd_vd n[3], shd_vd q[SHD_F
                 const int x = g - r, y = r - z, c = x ? 0 : y ? 1 : 2;
                 w[shd_monomials_below(g) + shd_monomial(r, z)] =
                     w[shd_monomials_below(g - 1) + shd_monomial(r - (c > 0), z - (c > 1))] * h[c] *
-                    (1.0 / (x ? x : y ? y : z));
+                    (1.0 / (x   ? x
+                            : y ? y
+                                : z));
             }
 #pragma GCC unroll 4
     for (int g = 1; g < 5; g++)
@@ -298,8 +300,10 @@ static void light_points(const shd_plan *plan, const shd_far *far, size_t count,
             }
         for (int v = 0; v < LANES; v += WIDE) {
             shd_vd q[SHD_FAR_TERMS];
-            const shd_vd at[3] = {shd_vd_load(h[0] + v), shd_vd_load(h[1] + v), shd_vd_load(h[2] + v)},
-                         up[3] = {shd_vd_load(n[0] + v), shd_vd_load(n[1] + v), shd_vd_load(n[2] + v)};
+            const shd_vd at[3] = {shd_vd_load(h[0] + v), shd_vd_load(h[1] + v),
+                                  shd_vd_load(h[2] + v)},
+                         up[3] = {shd_vd_load(n[0] + v), shd_vd_load(n[1] + v),
+                                  shd_vd_load(n[2] + v)};
             weigh_terms(at, up, q);
             for (int c = 0; c < far->channels; c++) {
                 shd_vd sum = vd(0);

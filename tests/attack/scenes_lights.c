@@ -88,9 +88,9 @@ void write_lamps(FILE *out, uint64_t *random, const char *accuracy) {
     put_end(out, random);
 }
 
-/* Lamps above a plane or a disc, or before something round, that fall off in all ways: so many, and most of them so far, that
- * what they add is told for many together. Some are near, all over or all on one side, and some
- * weak. */
+/* Lamps above a plane or a disc, or before something round, that fall off in all ways: so many, and
+ * most of them so far, that what they add is told for many together. Some are near, all over or all
+ * on one side, and some weak. */
 void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
     static const char *const falls[] = {"[1, 0, 0]", "[0, 0, 1]", "[0, 1, 0]", "[1, 0.2, 0.5]",
                                         "[0.1, 0, 1]"};

@@ -179,9 +179,10 @@ static void bunches_are_their_lights_together(void **state) {
             for (int c = 0; c < 3; c++) {
                 double wanted = 0;
                 for (int j = 0; j < CROWD; j++)
-                    wanted += lights[j].color[c] *
-                              field_of(&lights[j], (shd_vec3){(double)p[0], (double)p[1],
-                                                              (double)p[2]}).z;
+                    wanted +=
+                        lights[j].color[c] *
+                        field_of(&lights[j], (shd_vec3){(double)p[0], (double)p[1], (double)p[2]})
+                            .z;
                 const double most = rest * shd_attenuation(&middle, away) * root->strength[c];
                 const double off = fabs((double)out[c] - wanted);
                 if (!(off <= most + 0x1p-23 * wanted))

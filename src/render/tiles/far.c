@@ -5,9 +5,11 @@
 #include <string.h>
 
 #include "bound/light/pieces.h"
+#include "bound/light/weakest.h"
 
-/* Of the room. The rest is for lights that are dropped. */
-static const double SHARE = 0.9;
+/* Of the room: of bunches, of all lights of a patch that has parts, and of all. The rest is for
+ * lights that are dropped. */
+static const double BUNCH_SHARE = 0.4, WHOLE_SHARE = 0.7, SHARE = 0.95;
 
 enum {
     BUNCH_PAYS = 160, /* points times lights that cost as much as a bunch of lights */
@@ -23,7 +25,7 @@ typedef struct seeker {
     double radius; /* the patch's */
     size_t points;
     shd_plan_light falls[SHD_FALLS]; /* as in the bunches, at places that are looked at */
-    double rate; /* the most that may be left out of a light, as a share of it */
+    double rate;           /* the most that may be left out of a light, as a share of it */
     const shd_afar *whole; /* or NULL */
     shd_afar_scratch *scratch;
     shd_afar *out;
@@ -31,6 +33,7 @@ typedef struct seeker {
     /* In scratch->taken, bunches from the front, and places of single lights after them. */
     size_t taken_bunches, taken_lights;
     shd_far_patch lanes; /* the same for kernels */
+    double before;       /* what `whole` has spent */
     double spent, taken_least[3], least[3];
     double taken_most, most; /* diffuse light of all lights, in the brightest channel, at most */
 } seeker;
@@ -107,86 +110,6 @@ static look look_at_bunch(seeker *s, const shd_bunch *bunch) {
     return look_at(s, as, bunch->radius, bunch->strength);
 }
 
-/* ---- Taking. ---- */
-
-/* Counts a light and returns whether it is taken. */
-static bool count_light(seeker *s, const look *l) {
-    const bool takes = l->rest <= s->rate * l->shown;
-    s->most += l->most;
-    if (takes) s->spent += l->rest, s->taken_most += l->most;
-    for (int c = 0; c < 3; c++) {
-        s->least[c] += l->least[c];
-        if (takes) s->taken_least[c] += l->least[c];
-    }
-    return takes;
-}
-
-static void visit_bunch(seeker *s, uint32_t index) {
-    const shd_bunch *bunch = &s->bunches->list[index];
-    if (!bunch->parts) { /* its lights are looked at together */
-        for (uint32_t i = bunch->first; i < bunch->end; i++) s->scratch->places[s->place_count++] = i;
-        return;
-    }
-    const look l = look_at_bunch(s, bunch);
-    if (l.behind) return;
-    if (s->points * (bunch->end - bunch->first) >= BUNCH_PAYS && l.rest <= s->rate * l.shown) {
-        count_light(s, &l);
-        s->scratch->taken[s->taken_bunches++] = index;
-        return;
-    }
-    visit_bunch(s, bunch->parts);
-    visit_bunch(s, bunch->parts + 1);
-}
-
-static void visit_lights(seeker *s) {
-    const uint32_t *places = s->whole ? s->whole->open : s->scratch->places;
-    const size_t count = s->whole ? s->whole->open_count : s->place_count;
-    uint32_t *const taken = s->scratch->taken + s->taken_bunches;
-    shd_far_kernel_of(s->plan->isa)->look(s->bunches, &s->lanes, places, count, s->scratch->looks);
-    s->taken_lights = s->out->open_count = 0;
-    for (size_t i = 0; i < count; i++) {
-        const shd_far_look *from = &s->scratch->looks[i];
-        if (from->behind) continue;
-        look l = {.rest = from->rest, .shown = from->shown, .most = from->most};
-        for (int c = 0; c < 3; c++)
-            l.least[c] = s->bunches->rows[8 + c][places[i]] * from->certain;
-        if (count_light(s, &l))
-            taken[s->taken_lights++] = places[i];
-        else
-            s->out->open[s->out->open_count++] = places[i];
-    }
-}
-
-/* Lights that are in no bunch. They are added at once, as nothing else is taken after them. */
-static void visit_alone(seeker *s) {
-    const uint32_t *lights = s->whole ? s->whole->alone : s->bunches->alone;
-    const size_t count = s->whole ? s->whole->alone_count : s->bunches->alone_count;
-    s->out->alone_count = 0;
-    for (size_t i = 0; i < count; i++) {
-        const shd_plan_light *light = &s->plan->lights[lights[i]];
-        look l = {.most = INFINITY, .rest = INFINITY};
-        if (s->points >= ALONE_PAYS) l = look_at(s, light, 0, light->color);
-        if (l.behind) continue;
-        if (count_light(s, &l))
-            shd_far_add(light, &s->out->far);
-        else
-            s->out->alone[s->out->alone_count++] = lights[i];
-    }
-}
-
-static void visit_all(seeker *s) {
-    s->place_count = s->taken_bunches = 0;
-    s->out->far.lights = 0;
-    memset(s->out->far.terms, 0, sizeof s->out->far.terms);
-    s->spent = 0;
-    s->taken_most = s->most = s->whole ? s->whole->most : 0;
-    for (int c = 0; c < 3; c++)
-        s->taken_least[c] = s->least[c] = s->whole ? s->whole->certain[c] : 0;
-    for (size_t r = 0; r < s->bunches->roots && !s->whole; r++) visit_bunch(s, (uint32_t)r);
-    visit_lights(s);
-    visit_alone(s);
-}
-
 /* What may be left out of each channel: see weakest.h. Sums are rounded to f32 once more by each of
  * two polynomials. That is a part of what is seen, or of the most that may be. */
 static double room_of(const shd_plan *plan, const shd_plan_material *material,
@@ -198,9 +121,134 @@ static double room_of(const shd_plan *plan, const shd_plan_material *material,
         brightest = shd_larger(brightest, fabs(material->diffuse[c]));
     }
     if (!(plan->drop_relative > ROUNDING))
-        return plan->drop_tolerance - ROUNDING * brightest * most;
+        return shd_larger(plan->drop_tolerance - ROUNDING * brightest * most, 0);
     return plan->drop_tolerance +
            (plan->drop_relative - ROUNDING) * (1 - OWN) * shd_larger(least, 0);
+}
+
+/* ---- Taking. ---- */
+
+static void take(seeker *s, const look *l) {
+    s->spent += l->rest;
+    s->taken_most += l->most;
+    for (int c = 0; c < 3; c++) s->taken_least[c] += l->least[c];
+}
+
+static void count_light(seeker *s, const look *l) {
+    s->most += l->most;
+    for (int c = 0; c < 3; c++) s->least[c] += l->least[c];
+}
+
+static void visit_bunch(seeker *s, uint32_t index) {
+    const shd_bunch *bunch = &s->bunches->list[index];
+    if (!bunch->parts) { /* its lights are looked at together */
+        for (uint32_t i = bunch->first; i < bunch->end; i++)
+            s->scratch->places[s->place_count++] = i;
+        return;
+    }
+    const look l = look_at_bunch(s, bunch);
+    if (l.behind) return;
+    if (s->points * (bunch->end - bunch->first) >= BUNCH_PAYS && l.rest <= s->rate * l.shown) {
+        count_light(s, &l);
+        take(s, &l);
+        s->scratch->taken[s->taken_bunches++] = index;
+        return;
+    }
+    visit_bunch(s, bunch->parts);
+    visit_bunch(s, bunch->parts + 1);
+}
+
+/* Takes bunches of which all leave no more of themselves out than a share, and finds what is left
+ * to be looked at. */
+static void visit_bunches(seeker *s) {
+    s->place_count = s->taken_bunches = 0;
+    s->spent = 0;
+    s->taken_most = s->most = s->whole ? s->whole->most : 0;
+    for (int c = 0; c < 3; c++)
+        s->taken_least[c] = s->least[c] = s->whole ? s->whole->certain[c] : 0;
+    for (size_t r = 0; r < s->bunches->roots && !s->whole; r++) visit_bunch(s, (uint32_t)r);
+}
+
+static look look_of(const seeker *s, const shd_far_look *from, uint32_t place) {
+    look l = {.rest = from->rest, .most = from->most};
+    for (int c = 0; c < 3; c++) l.least[c] = s->bunches->rows[8 + c][place] * from->certain;
+    return l;
+}
+
+/* Lights of steps below `full` are taken, and as many of that one as `left` lets. */
+typedef struct filling {
+    double room, left;
+    int full;
+} filling;
+
+static filling fill_room(const shd_far_look *looks, size_t count, double room) {
+    filling f = {.room = room, .left = room * (1 - 1e-9)}; /* for the sums' own rounding */
+    double sums[SHD_STRENGTH_STEPS] = {0};
+    for (size_t i = 0; i < count && room > 0; i++) {
+        const int step =
+            looks[i].behind ? SHD_STRENGTH_STEPS : shd_strength_step(looks[i].rest, room);
+        if (step < SHD_STRENGTH_STEPS) sums[step] += looks[i].rest;
+    }
+    for (; f.full < SHD_STRENGTH_STEPS && sums[f.full] <= f.left; f.full++) f.left -= sums[f.full];
+    return f;
+}
+
+static bool fits(filling *f, double rest) {
+    if (!(f->room > 0)) return false;
+    const int step = shd_strength_step(rest, f->room);
+    if (step == SHD_STRENGTH_STEPS || step > f->full) return false;
+    if (step < f->full) return true;
+    if (!(rest <= f->left)) return false;
+    f->left -= rest;
+    return true;
+}
+
+/* Takes the single lights that leave out least, as long as all that is left out is within a share
+ * of the room. */
+static void visit_lights(seeker *s, double share) {
+    const uint32_t *places = s->whole ? s->whole->open : s->scratch->places;
+    const size_t count = s->whole ? s->whole->open_count : s->place_count;
+    uint32_t *const taken = s->scratch->taken + s->taken_bunches;
+    shd_far_look *looks = s->scratch->looks;
+    shd_far_kernel_of(s->plan->isa)->look(s->bunches, &s->lanes, places, count, looks);
+    for (size_t i = 0; i < count; i++) {
+        if (looks[i].behind) continue;
+        const look l = look_of(s, &looks[i], places[i]);
+        count_light(s, &l);
+    }
+    s->out->room = room_of(s->plan, s->material, s->least, s->most);
+    if (s->whole) s->out->room = shd_larger(s->out->room, s->whole->room);
+    filling f = fill_room(looks, count, share * s->out->room - s->before - s->spent);
+    s->taken_lights = s->out->open_count = 0;
+    for (size_t i = 0; i < count; i++) {
+        if (looks[i].behind) continue;
+        if (fits(&f, looks[i].rest)) {
+            const look l = look_of(s, &looks[i], places[i]);
+            take(s, &l);
+            taken[s->taken_lights++] = places[i];
+        } else {
+            s->out->open[s->out->open_count++] = places[i];
+        }
+    }
+}
+
+/* Lights that are in no bunch are added at once. They take what is left. */
+static void visit_alone(seeker *s, double share) {
+    const uint32_t *lights = s->whole ? s->whole->alone : s->bunches->alone;
+    const size_t count = s->whole ? s->whole->alone_count : s->bunches->alone_count;
+    s->out->alone_count = 0;
+    for (size_t i = 0; i < count; i++) {
+        const shd_plan_light *light = &s->plan->lights[lights[i]];
+        look l = {.rest = INFINITY};
+        if (s->points >= ALONE_PAYS) l = look_at(s, light, 0, light->color);
+        if (l.behind) continue;
+        if (s->before + s->spent + l.rest <= share * s->out->room) {
+            take(s, &l);
+            shd_far_add(light, &s->out->far);
+        } else {
+            s->out->alone[s->out->alone_count++] = lights[i];
+        }
+    }
 }
 
 static shd_far_patch lanes_of(const seeker *s) {
@@ -222,7 +270,7 @@ static shd_far_patch lanes_of(const seeker *s) {
 
 void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, const shd_patch *patch,
                    size_t points, const shd_afar *whole, shd_afar_scratch *scratch, shd_afar *out) {
-    enum { TRIES = 4 };
+    enum { TRIES = 4, WHOLE_POINTS = 256 };
     static const double FIRST = 0.02; /* the share that is tried if none is known */
     const shd_bunches *bunches = plan->bunches;
     seeker s = {.plan = plan,
@@ -238,17 +286,18 @@ void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, cons
                 .out = out};
     memcpy(s.falls, bunches->falls, sizeof s.falls);
     s.lanes = lanes_of(&s);
-    out->far.center = patch->center;
-    out->far.channels = plan->grey_lights ? 1 : 3;
-    const double before = whole ? whole->spent : 0;
+    out->far = (shd_far){.center = patch->center, .channels = plan->grey_lights ? 1 : 3};
+    s.before = whole ? whole->spent : 0;
     for (int t = 0; t < TRIES; t++) {
-        visit_all(&s);
-        out->room = shd_larger(room_of(plan, material, s.least, s.most), whole ? whole->room : 0);
-        const double most = SHARE * out->room - before;
+        visit_bunches(&s);
+        const double most = BUNCH_SHARE * room_of(plan, material, s.least, s.most);
         if (s.spent <= most) break;
         s.rate *= t + 2 < TRIES && most > 0 ? 0.8 * most / s.spent : 0;
     }
-    out->spent = before + s.spent;
+    const double share = points >= WHOLE_POINTS && !whole ? WHOLE_SHARE : SHARE;
+    visit_lights(&s, share);
+    visit_alone(&s, share);
+    out->spent = s.before + s.spent;
     out->most = s.taken_most;
     memcpy(out->certain, s.taken_least, sizeof out->certain);
     for (size_t i = 0; i < s.taken_bunches; i++)

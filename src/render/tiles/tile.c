@@ -237,8 +237,7 @@ static void cull_lights(const shd_scenery *scenery, lit_run *l, shd_tile_scratch
     const shd_patch patch = patch_of(scenery, l);
     const size_t object = (size_t)l->hits->object[l->first];
     const size_t count = shd_plan_cull(plan, &patch, l->which, l->lights, s->which);
-    const double room =
-        shd_patch_room(plan, object, &patch, plan->drop_tolerance, s->which, count);
+    const double room = shd_patch_room(plan, object, &patch, plan->drop_tolerance, s->which, count);
     l->lights = shd_drop_weakest(plan, object, &patch, room, s->which, count);
     l->which = s->which;
 }
@@ -253,8 +252,8 @@ static void cull_open(const shd_scenery *scenery, const shd_patch *patch, const 
     l->which = s->which;
     if (l->count < MANY) return;
     l->lights = shd_plan_cull(plan, patch, s->which, l->lights, s->which);
-    l->lights = shd_drop_weakest(plan, object, patch, afar->room - afar->spent, s->which,
-                                 l->lights);
+    l->lights =
+        shd_drop_weakest(plan, object, patch, afar->room - afar->spent, s->which, l->lights);
 }
 
 /* How many hits from the run's `at` on are of the same bundle. Their shots follow each other. */
@@ -511,7 +510,8 @@ const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd
     const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE;
     shd_sight_survey(scenery->sight, (shd_tile){left, top, SHD_TILE, SHD_TILE}, &s->survey);
     if (s->survey.candidate_count) {
-        shd_list_pixels(tile, (size_t)scenery->plan->scene->raster.samples, scenery->plan->bunches, s);
+        shd_list_pixels(tile, (size_t)scenery->plan->scene->raster.samples, scenery->plan->bunches,
+                        s);
         sample_pixels(scenery, tile, s, film, watch);
     } else {
         shd_end(watch, &watch->times.visibility);

@@ -43,11 +43,11 @@ typedef struct shd_tile_scratch {
     shd_run *runs;
     size_t run_count, run_capacity;
     float **sums, **outs;
-    uint8_t *edges;   /* of a run's hits: those that are lit again (shd_light_sums32) */
-    shd_hits again;   /* some of them, in f64 */
-    double **exact;   /* of the exact tier: [term][channel] of a run */
-    double **weights; /* [plan->max_patterns]: what a run's patterns are at its points */
-    uint32_t *which;  /* lights that may reach a run */
+    uint8_t *edges;        /* of a run's hits: those that are lit again (shd_light_sums32) */
+    shd_hits again;        /* some of them, in f64 */
+    double **exact;        /* of the exact tier: [term][channel] of a run */
+    double **weights;      /* [plan->max_patterns]: what a run's patterns are at its points */
+    uint32_t *which;       /* lights that may reach a run */
     shd_afar_scratch afar; /* of a plan that has bunches */
     /* What lights the run beside `which`, or none. */
     const shd_far *far[2];
