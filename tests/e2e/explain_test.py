@@ -73,6 +73,15 @@ class Http(unittest.TestCase):
             self.assertEqual(match.groups(), (told["tier"], str(told["lights"]["used"]),
                                               str(told["lights"]["given"])))
 
+    def test_groups_of_many_lights_are_told_under_a_budget(self):
+        lamps = [{"type": "point", "position": [0.1 * i, 9, 9]} for i in range(70)]
+        for accuracy, groups in (({"maxError": 0.5}, 16), ({"tier": "standard"}, None)):
+            scene = {**SMALL, "lights": lamps, "accuracy": accuracy}
+            told = self.explain(scene)
+            self.assertEqual(told["lights"].get("groups"), groups)
+            self.assertEqual(f"; groups={groups};" in told["plan"], groups is not None)
+            self.assertEqual(told["plan"], self.daemon.render(scene).headers["Shaded-Plan"])
+
     def test_draft_renders_as_standard_and_says_so(self):
         draft, standard = ({**SCENE, "accuracy": {"tier": tier}} for tier in ("draft", "standard"))
         told = self.explain(draft)
