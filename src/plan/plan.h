@@ -179,7 +179,8 @@ typedef struct shd_plan {
     const double *term_colors;
     /* For people and the Shaded-Plan header: "tier=standard; lights=3/4; error<=2.1e-06 linear, 1
      * code, 0.012 deltaE2000". Bounds that are not known are left out. "; asked=draft" follows a
-     * tier that was not asked for, and "; groups=211" lights that are in bunches. "; cut<=0.0043" comes last if rays go on: plan/paths.h. */
+     * tier that was not asked for, and "; groups=211" lights that are in bunches. "; cut<=0.0043"
+     * comes last if rays go on: plan/paths.h. */
     const char *summary;
 } shd_plan;
 

@@ -3,10 +3,10 @@
 #include <string.h>
 
 #include "bound/light/extended.h"
+#include "plan/bunches.h"
 #include "render/tell/lamps.h"
 #include "render/tell/words.h"
 #include "scene/surroundings.h"
-#include "plan/bunches.h"
 #include "shade/westin.h"
 
 enum { LIGHTS_NAMED = 8 }; /* lights that are left out and named; more are counted */
