@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "plan/bunches.h"
 #include "plan/parts.h"
 #include "plan/textures.h"
 #include "plan/tier.h"
@@ -301,6 +302,9 @@ bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan 
     plan->mean_room = choice->mean_room;
     if (choice->by_quadrature) plan->glows = NULL;
     plan->bound = choice->bound;
+    if (plan->drop_tolerance > 0 && plan->light_count >= SHD_BUNCHES_LEAST &&
+        plan->tier != SHD_EXACT && !shd_bunches_new(plan, arena, &plan->bunches))
+        return false;
     if (!shd_plan_summarize(plan, arena)) return false;
     *out = plan;
     return true;

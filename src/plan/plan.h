@@ -156,6 +156,9 @@ typedef struct shd_plan {
      * the working space. 0 and 0: all lights count. */
     double drop_tolerance, drop_relative;
     double dropped; /* the most that lights add which a budget has left out */
+    /* The same lights in a tree (plan/bunches.h), if they are many and sums of them may leave out
+     * something; or NULL. */
+    const struct shd_bunches *bunches;
     /* What a light with a shape may be off as a point, of the most that it adds, under a budget of
      * linear error; 0: no more than rounding. */
     double point_off;
@@ -188,7 +191,8 @@ typedef struct shd_plan {
     const double *term_colors;
     /* For people and the Shaded-Plan header: "tier=standard; lights=3/4; error<=2.1e-06 linear, 1
      * code, 0.012 deltaE2000". Bounds that are not known are left out. "; asked=draft" follows a
-     * tier that was not asked for. "; cut<=0.0043" comes last if rays go on: plan/paths.h. */
+     * tier that was not asked for, and "; groups=211" lights that are in bunches. "; cut<=0.0043"
+     * comes last if rays go on: plan/paths.h. */
     const char *summary;
 } shd_plan;
 
@@ -213,7 +217,7 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
 bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_arena *arena,
                       const shd_plan **out);
 
-/* Makes the plan that was chosen. False: memory. */
+/* Makes the plan that was chosen. False: memory, or cancelled. */
 bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan **out);
 
 /* Whether models beside Phong's are lit in f32. */

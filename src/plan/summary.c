@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "plan/bunches.h"
 #include "plan/parts.h"
 #include "plan/paths.h"
 
@@ -39,13 +40,16 @@ const char *shd_plan_tier_name(const shd_plan *plan) {
 }
 
 bool shd_plan_summarize(shd_plan *plan, shd_arena *arena) {
-    char text[224]; /* of 215 at most */
+    char text[256]; /* of 237 at most */
     const shd_accuracy *accuracy = &plan->scene->accuracy;
     const char *tier = shd_plan_tier_name(plan), *asked = shd_asked_tier(accuracy);
     const bool other = !accuracy->budget && strcmp(asked, tier);
     int length =
         snprintf(text, sizeof text, "tier=%s%s%s; lights=%zu/%zu", tier, other ? "; asked=" : "",
                  other ? asked : "", plan->light_count, plan->scene->light_count);
+    if (plan->bunches)
+        length += snprintf(text + length, sizeof text - (size_t)length, "; groups=%zu",
+                           shd_bunches_groups(plan->bunches));
     const char *before = "; error<=";
     for (shd_metric metric = SHD_LINEAR; metric <= SHD_DELTA_E_2000; metric++) {
         if (!isfinite(shd_bound_in(&plan->bound, metric))) continue;

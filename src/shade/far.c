@@ -1,26 +1,6 @@
 #include "shade/far.h"
 
-#include <string.h>
-
-/* Monomials of degree g in (x, y, z) are x^(g - r) y^(r - z) z^z at r (r + 1) / 2 + z, whatever g
- * is: a factor x changes no place, y adds 1 to r, and z adds 1 to both. */
-static size_t place_of(int r, int z) {
-    return (size_t)(r * (r + 1) / 2 + z);
-}
-
-/* Where the moments begin that belong to monomials of degree 0 to 4. */
-enum {
-    FLAT = 0,     /* [3]  g0 D */
-    SPREAD = 3,   /* [1]  g0 */
-    TILT = 4,     /* [6]  g1 */
-    BEND = 10,    /* [3]  g1 / D */
-    TURN = 13,    /* [10] g2 / D */
-    SPREAD2 = 23, /* [1]  g1 / D^2 */
-    TILT2 = 24,   /* [6]  g2 / D^2 */
-    TWIST = 30,   /* [15] g3 / D^2 */
-    LENGTH = TWIST + 15
-};
-_Static_assert((int)LENGTH == (int)SHD_FAR_MOMENTS, "all moments have their places");
+#include <math.h>
 
 /* ---- What is left out. ---- */
 
@@ -58,15 +38,7 @@ double shd_far_rest(const shd_plan_light *light, double distance, double radius)
     return mixed_tail(linear / all, square / all, x) + ROUNDING;
 }
 
-/* ---- Moments. ---- */
-
-/* Monomials of the next degree from those of degree g. */
-static void raise_monomials(const double *from, int g, shd_vec3 n, double *to) {
-    for (int r = 0; r <= g; r++)
-        for (int z = 0; z <= r; z++) to[place_of(r, z)] = from[place_of(r, z)] * n.x;
-    for (int z = 0; z <= g; z++) to[place_of(g + 1, z)] = from[place_of(g, z)] * n.y;
-    to[place_of(g + 1, g + 1)] = from[place_of(g, g)] * n.z;
-}
+/* ---- Derivatives. ---- */
 
 /* The first terms of f(|v|) / |v| in e / D^2, where |v|^2 is D^2 + e. */
 static void expand_fall(const shd_plan_light *light, double d, double g[4]) {
@@ -85,110 +57,78 @@ static void expand_fall(const shd_plan_light *light, double d, double g[4]) {
     }
 }
 
-static void put_moments(double *to, const double *monomials, int count, double weight) {
-    for (int k = 0; k < count; k++) to[k] = weight * monomials[k];
+/* Where the derivatives of degree 1 to 4 begin. */
+enum { FIRST = 0, SECOND = 3, THIRD = 9, FOURTH = 19 };
+
+/* With n = v / D and e = h.h - 2 D n.h, the potential is -1/2 the integral of g by e, whose parts
+ * are, by degree,
+ *     g0 D n.h;  -g0/2 h.h - g1 (n.h)^2;  (g1 (n.h) (h.h) + 4/3 g2 (n.h)^3) / D;
+ *     -(g1/4 (h.h)^2 + 2 g2 (n.h)^2 (h.h) + 2 g3 (n.h)^4) / D^2.
+ * A derivative of (n.h)^k is k! n^a, and each h.h takes a pair of equal axes out of a: it may be
+ * one of a (a - 1) / 2 pairs. */
+static void derive_potential(const shd_plan_light *light, shd_vec3 path, double to[SHD_FAR_TERMS]) {
+    const double d = shd_length(path), inverse = 1 / d;
+    const double n[3] = {path.x * inverse, path.y * inverse, path.z * inverse};
+    double g[4], power[3][5];
+    expand_fall(light, d, g);
+    for (int c = 0; c < 3; c++) {
+        power[c][0] = 1;
+        for (int k = 1; k < 5; k++) power[c][k] = power[c][k - 1] * n[c];
+    }
+    const double *const x = power[0], *const y = power[1], *const z = power[2];
+    const double whole[5] = {0, g[0] * d, -2 * g[1], 8 * g[2] * inverse,
+                             -48 * g[3] * inverse * inverse},
+                 pair[5] = {0, 0, -g[0], 2 * g[1] * inverse, -8 * g[2] * inverse * inverse},
+                 pairs = -2 * g[1] * inverse * inverse;
+    for (int degree = 1; degree < 5; degree++)
+        for (int r = 0; r <= degree; r++)
+            for (int k = 0; k <= r; k++) {
+                const int i = degree - r, j = r - k;
+                double taken = 0;
+                if (i > 1) taken += i * (i - 1) / 2 * (x[i - 2] * y[j] * z[k]);
+                if (j > 1) taken += j * (j - 1) / 2 * (x[i] * y[j - 2] * z[k]);
+                if (k > 1) taken += k * (k - 1) / 2 * (x[i] * y[j] * z[k - 2]);
+                double sum = whole[degree] * (x[i] * y[j] * z[k]) + pair[degree] * taken;
+                if (degree == 4 && !(i % 2 || j % 2))
+                    sum += pairs * (i == 4 || j == 4 || k == 4 ? 3 : 1);
+                to[shd_monomials_below(degree) - 1 + shd_monomial(r, k)] = sum;
+            }
 }
 
 void shd_far_add(const shd_plan_light *light, shd_far *to) {
-    double m[SHD_FAR_MOMENTS] = {0};
-    if (light->directional) {
-        m[FLAT] = light->toward.x, m[FLAT + 1] = light->toward.y, m[FLAT + 2] = light->toward.z;
-    } else {
-        const shd_vec3 path = shd_sub(light->position, to->center);
-        const double d = shd_length(path), inverse = 1 / d;
-        const shd_vec3 n = shd_scale(path, inverse);
-        const double one[] = {n.x, n.y, n.z};
-        double two[6], three[10], four[15], g[4];
-        raise_monomials(one, 1, n, two);
-        raise_monomials(two, 2, n, three);
-        raise_monomials(three, 3, n, four);
-        expand_fall(light, d, g);
-        put_moments(m + FLAT, one, 3, g[0] * d);
-        m[SPREAD] = g[0];
-        put_moments(m + TILT, two, 6, g[1]);
-        put_moments(m + BEND, one, 3, g[1] * inverse);
-        put_moments(m + TURN, three, 10, g[2] * inverse);
-        m[SPREAD2] = g[1] * inverse * inverse;
-        put_moments(m + TILT2, two, 6, g[2] * inverse * inverse);
-        put_moments(m + TWIST, four, 15, g[3] * inverse * inverse);
-    }
+    double d[SHD_FAR_TERMS] = {light->toward.x, light->toward.y, light->toward.z};
+    if (!light->directional) derive_potential(light, shd_sub(light->position, to->center), d);
     for (int c = 0; c < to->channels; c++)
-        for (int k = 0; k < SHD_FAR_MOMENTS; k++) to->moments[c][k] += light->color[c] * m[k];
+        for (int k = 0; k < SHD_FAR_TERMS; k++) to->terms[c][k] += light->color[c] * d[k];
     to->lights++;
 }
 
-/* ---- Points. ---- */
-
-enum { BESIDE = 8 }; /* points that are lit together */
-
-typedef double lanes[BESIDE];
-
-/* Multiplies a form of degree g in n by a linear one: coefficients of monomials. */
-static void multiply_form(const lanes *form, int g, const lanes line[3], lanes *to) {
-    memset(to, 0, place_of(g + 1, g + 2) * sizeof *to);
+/* Adds moments of degree g times derivatives of degree `from` + g to those of degree `from`. */
+static void shift_terms(const double *moments, const double *derived, int from, int g, double *to) {
+    const double *const high = derived + shd_monomials_below(from + g) - 1;
+    double *const low = to + shd_monomials_below(from) - 1;
     for (int r = 0; r <= g; r++)
-        for (int z = 0; z <= r; z++)
-            for (int c = 0; c < 3; c++) {
-                const double *from = form[place_of(r, z)], *by = line[c];
-                double *out = to[place_of(r + (c > 0), z + (c > 1))];
-                for (int i = 0; i < BESIDE; i++) out[i] += from[i] * by[i];
-            }
+        for (int z = 0; z <= r; z++) {
+            const double m = moments[shd_monomials_below(g) + shd_monomial(r, z)];
+            for (int q = 0; q <= from; q++)
+                for (int k = 0; k <= q; k++)
+                    low[shd_monomial(q, k)] += m * high[shd_monomial(q + r, k + z)];
+        }
 }
 
-/* What each moment is multiplied by, so that the sum is N.E: with s = h.h, t = N.h,
- *     FLAT n.N, -SPREAD t, -2 TILT (n.h) (n.N), BEND (s n.N + 2 t n.h), 4 TURN (n.h)^2 (n.N),
- *     -SPREAD2 s t, -4 TILT2 (s (n.h) (n.N) + t (n.h)^2), -8 TWIST (n.h)^3 (n.N). */
-static void weigh_moments(const lanes h[3], const lanes n[3], lanes q[SHD_FAR_MOMENTS]) {
-    lanes s, t, hh[6], hn[6], hhh[10];
-    for (int i = 0; i < BESIDE; i++) {
-        s[i] = h[0][i] * h[0][i] + h[1][i] * h[1][i] + h[2][i] * h[2][i];
-        t[i] = h[0][i] * n[0][i] + h[1][i] * n[1][i] + h[2][i] * n[2][i];
-    }
-    multiply_form(h, 1, h, hh);
-    multiply_form(h, 1, n, hn);
-    multiply_form(hh, 2, h, hhh);
-    multiply_form(hh, 2, n, q + TURN);
-    multiply_form(hhh, 3, n, q + TWIST);
-    for (int i = 0; i < BESIDE; i++) {
-        q[SPREAD][i] = -t[i];
-        q[SPREAD2][i] = -s[i] * t[i];
-        for (int c = 0; c < 3; c++) {
-            q[FLAT + c][i] = n[c][i];
-            q[BEND + c][i] = s[i] * n[c][i] + 2 * t[i] * h[c][i];
-        }
-        for (int k = 0; k < 6; k++) {
-            q[TILT + k][i] = -2 * hn[k][i];
-            q[TILT2 + k][i] = -4 * (s[i] * hn[k][i] + t[i] * hh[k][i]);
-        }
-        for (int k = 0; k < 10; k++) q[TURN + k][i] *= 4;
-        for (int k = 0; k < 15; k++) q[TWIST + k][i] *= -8;
-    }
+void shd_far_add_bunch(const shd_bunches *bunches, const shd_bunch *bunch, shd_far *to) {
+    double d[SHD_FAR_TERMS];
+    derive_potential(&bunches->falls[bunch->fall], shd_sub(bunch->center, to->center), d);
+    for (int c = 0; c < to->channels; c++)
+        for (int degree = 1; degree < 5; degree++)
+            for (int g = 0; degree + g < 5; g++)
+                shift_terms(bunch->moments[c], d, degree, g, to->terms[c]);
+    to->lights += bunch->end - bunch->first;
 }
 
-void shd_far_light(const shd_plan *plan, const shd_far *far, size_t count,
-                   const float *const position[3], const float *const low[3],
-                   const float *const normal[3], float *const diffuse[3]) {
-    const double world = 1 / plan->scale;
-    const shd_vec3 from = shd_sub(plan->origin, far->center);
-    const double begin[3] = {from.x, from.y, from.z};
-    for (size_t first = 0; first < count; first += BESIDE) {
-        const size_t some = count - first < BESIDE ? count - first : BESIDE;
-        lanes h[3], n[3], q[SHD_FAR_MOMENTS];
-        for (int c = 0; c < 3; c++)
-            for (size_t i = 0; i < BESIDE; i++) {
-                const size_t at = first + (i < some ? i : some - 1);
-                const double p = (double)position[c][at] + (low[0] ? (double)low[c][at] : 0);
-                h[c][i] = p * world + begin[c];
-                n[c][i] = (double)normal[c][at];
-            }
-        weigh_moments(h, n, q);
-        for (int c = 0; c < far->channels; c++) {
-            lanes sum = {0};
-            for (int k = 0; k < SHD_FAR_MOMENTS; k++)
-                for (int i = 0; i < BESIDE; i++) sum[i] += far->moments[c][k] * q[k][i];
-            float *out = diffuse[c] + first;
-            for (size_t i = 0; i < some; i++)
-                out[i] = (float)((double)out[i] + shd_larger(sum[i], 0));
-        }
-    }
+/* ---- Kernels. ---- */
+
+const shd_far_kernel *shd_far_kernel_of(shd_isa isa) {
+    static const shd_far_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_far_kernel);
+    return kernels[isa];
 }

@@ -1,28 +1,30 @@
 /* The light of many lights that are far from a few points, as one polynomial.
  *
  * A light at v from a point sends E = Il f(|v|) v / |v| there, and N.E is what diffuse surfaces
- * show of it, as long as N.E is not below 0. Where the point moves by h from a center, at which v =
- * D n, the terms of E up to the third degree in h are products of scalars, of n and of h alone, so
- * that the sums of those scalars times monomials of n tell them for all lights together: moments.
- * The rest of the series is bounded, for each light, by shd_far_rest.
+ * show of it, as long as N.E is not below 0. E is the gradient of a potential, because it is
+ * central: where the point moves by h, so that |v|^2 becomes D^2 + e, that of a series in e. What
+ * of it is of the fourth degree in h or lower has 34 derivatives, whose sums tell the light of all
+ * lights together. The rest of E is bounded, for each light, by shd_far_rest.
  *
- * The series of 1 / |v| in h are Gegenbauer polynomials of the angle between n and h, whose
+ * Lights that lie together (plan/bunches.h) have one series, about where they are: a light that is
+ * s beside the middle sends to h what one in the middle sends to h - s. So moments of their places
+ * make derivatives for all of them, at distances that |h| + |s| may be instead of |h|.
+ *
+ * The series of 1 / |v| in h are Gegenbauer polynomials of the angle between v and h, whose
  * largest values are known. So are those of the gradients of Legendre's (Sonin: P^2 + (1 - t^2)
  * P'^2 / (n (n + 1)) is at most 1). All is f64 and pure. Any thread. */
 #pragma once
 
-#include "plan/plan.h"
+#include "plan/bunches.h"
 
-enum {
-    SHD_FAR_MOMENTS = 45,
-    SHD_FAR_LEAST = 64 /* points and lights that it is made for; fewer are lit as fast */
-};
+enum { SHD_FAR_TERMS = 34 };
 
 typedef struct shd_far {
     shd_vec3 center; /* world frame */
     int channels;    /* 1: all lights are grey */
     size_t lights;
-    double moments[3][SHD_FAR_MOMENTS];
+    /* Derivatives of the potential: monomials of degree 1 to 4, see shd_monomial. */
+    double terms[3][SHD_FAR_TERMS];
 } shd_far;
 
 /* An upper bound of what the third degree leaves out of |E|, over Il f(distance), at points within
@@ -32,8 +34,43 @@ double shd_far_rest(const shd_plan_light *light, double distance, double radius)
 /* Adds a light without a shape, a spot as if it had no cone. */
 void shd_far_add(const shd_plan_light *light, shd_far *to);
 
-/* Adds the sum of N.E Il to the points' rows, those of points32 in the plan's frame. Sums below 0
- * are 0: lights' colors must not be negative. Rounds once. */
-void shd_far_light(const shd_plan *plan, const shd_far *far, size_t count,
-                   const float *const position[3], const float *const low[3],
-                   const float *const normal[3], float *const diffuse[3]);
+/* Adds all lights of a bunch. */
+void shd_far_add_bunch(const shd_bunches *bunches, const shd_bunch *bunch, shd_far *to);
+
+/* What lights are looked at from: points within a sphere, and cones around their normals and
+ * mirrored views. */
+enum { SHD_FAR_LOBES = 8 };
+typedef struct shd_far_patch {
+    shd_vec3 center, axis, mirror;
+    double radius;
+    shd_angle spread, glitter;
+    /* The material's, absolute. */
+    double diffuse[3], specular[SHD_FAR_LOBES][3], shininess[SHD_FAR_LOBES];
+    size_t lobe_count;
+} shd_far_patch;
+
+typedef struct shd_far_look {
+    bool behind;    /* N.L is not above 0 anywhere */
+    double certain; /* f N.L at all points, at least; 0 if that is not known to be above 0 */
+    double rest;  /* what of the color is left out if the light is taken; infinite: it may not be */
+    double shown; /* what diffuse light adds to the color, about */
+    double most;  /* of f N.L Il in any channel */
+} shd_far_look;
+
+/* One for each instruction set; all give the same bits. */
+typedef struct shd_far_kernel {
+    /* Looks at lights by their places in bunches->lights: out[count]. */
+    void (*look)(const shd_bunches *bunches, const shd_far_patch *patch, const uint32_t *places,
+                 size_t count, shd_far_look *out);
+    /* Adds them. */
+    void (*add)(const shd_bunches *bunches, const uint32_t *places, size_t count, shd_far *to);
+    /* Adds the sum of N.E Il to the points' rows, those of points32 in the plan's frame. Sums below
+     * 0 are 0: lights' colors must not be negative. Rounds once. */
+    void (*light)(const shd_plan *plan, const shd_far *far, size_t count,
+                  const float *const position[3], const float *const low[3],
+                  const float *const normal[3], float *const diffuse[3]);
+} shd_far_kernel;
+
+extern const shd_far_kernel shd_far_kernel_portable, shd_far_kernel_avx2, shd_far_kernel_avx512;
+
+const shd_far_kernel *shd_far_kernel_of(shd_isa isa);

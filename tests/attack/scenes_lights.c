@@ -88,13 +88,13 @@ void write_lamps(FILE *out, uint64_t *random, const char *accuracy) {
     put_end(out, random);
 }
 
-/* Lamps above a plane or a disc that fall off in all ways: so many, and most of them so far, that
- * what they add is told for many together. Some are near, all over or all on one side, and some
- * weak. */
+/* Lamps above a plane or a disc, or before something round, that fall off in all ways: so many, and
+ * most of them so far, that what they add is told for many together. Some are near, all over or all
+ * on one side, and some weak. */
 void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
     static const char *const falls[] = {"[1, 0, 0]", "[0, 0, 1]", "[0, 1, 0]", "[1, 0.2, 0.5]",
                                         "[0.1, 0, 1]"};
-    put_frame(out, random, accuracy, (frame){20, 4, NULL, NULL});
+    put_frame(out, random, accuracy, (frame){32, 4, NULL, NULL});
     const int count = (int)decades(random, 100, 350), one = one_of(random, 6);
     const double far = decades(random, 4, 200), bright = decades(random, 0.3, 3);
     const bool grey = one_of(random, 2), aside = one_of(random, 3) == 0;
@@ -125,14 +125,23 @@ void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
         fputs("}", out);
     }
     put_objects(out);
-    fprintf(out, "{\"type\": \"%s\", ", one_of(random, 2) ? "plane" : "disc");
+    const bool flat = one_of(random, 2);
+    if (flat)
+        fprintf(out, "{\"type\": \"%s\", ", one_of(random, 2) ? "plane" : "disc");
+    else
+        fputs("{", out), put_shape(out, random, 1);
     if (one_of(random, 3))
-        fprintf(out, "\"material\": {\"diffuse\": %.17g, \"specular\": %.17g, \"shininess\": 300}",
-                between(random, 0.1, 1), one_of(random, 2) ? between(random, 0, 0.5) : 0);
+        fprintf(out,
+                "\"material\": {\"diffuse\": %.17g, \"specular\": %.17g, \"shininess\": %.17g}",
+                between(random, 0.1, 1), one_of(random, 2) ? between(random, 0, 0.5) : 0,
+                decades(random, 1, 1000));
     else
         put_material(out, random, 1, 300);
-    fprintf(out, ", \"transform\": {\"rotate\": [%.17g, 0, 0]}}",
-            one_of(random, 2) ? 90 : between(random, 50, 130));
+    if (flat)
+        fprintf(out, ", \"transform\": {\"rotate\": [%.17g, 0, 0]}}",
+                one_of(random, 2) ? 90 : between(random, 50, 130));
+    else
+        fputs(", ", out), put_turn(out, random, ONE, ORIGIN), fputs("}", out);
     if (one_of(random, 3) == 0) {
         fputs(", {", out);
         put_shape(out, random, 0.6);

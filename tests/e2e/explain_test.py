@@ -105,6 +105,18 @@ class Http(unittest.TestCase):
                 self.assertEqual(plans[0], plans[1].replace("; lights", "; asked=draft; lights"))
                 self.assertEqual([tier["tier"] for tier in told["tiers"]], ["standard", "exact"])
 
+    def test_groups_of_many_lights_are_told_under_a_budget(self):
+        lamps = [{"type": "point", "position": [0.1 * i, 9, 9]} for i in range(70)]
+        for accuracy, grouped in (({"maxError": 0.5}, True), ({"tier": "standard"}, False)):
+            scene = {**SMALL, "lights": lamps, "accuracy": accuracy}
+            told = self.explain(scene)
+            groups = told["lights"].get("groups")
+            self.assertEqual(groups is not None, grouped)
+            if grouped:
+                self.assertTrue(1 < groups <= told["lights"]["used"] / 4)
+                self.assertIn(f"; groups={groups}; ", told["plan"])
+            self.assertEqual(told["plan"], self.daemon.render(scene).headers["Shaded-Plan"])
+
     def test_estimates_count_objects_however_small_and_the_kernel(self):
         def visibility(objects, samples=16):
             return self.explain({"objects": objects, "image": {

@@ -82,7 +82,7 @@ static void what_is_left_out_is_bounded(void **state) {
                     *n[] = {normal[0], normal[1], normal[2]};
         float *rows[] = {out[0], out[1], out[2]};
         make_points(&random, &plan, radius, light.toward, position, normal);
-        shd_far_light(&plan, &far, POINTS, p, none, n, rows);
+        shd_far_kernel_of(SHD_PORTABLE)->light(&plan, &far, POINTS, p, none, n, rows);
         const double whole = light.directional ? 1 : shd_attenuation(&light, distance);
         for (int i = 0; i < POINTS; i++) {
             const shd_vec3 at = {(double)position[0][i] / plan.scale,
@@ -121,7 +121,7 @@ static void lights_add_up_by_their_colors(void **state) {
                 zero[] = {0, 0}, one[] = {1, 1};
     const float *position[] = {x, y, z}, *lows[] = {low, low, low}, *normal[] = {zero, zero, one};
     float out[3][2] = {{1, 2}, {3, 4}, {5, 6}}, *rows[] = {out[0], out[1], out[2]};
-    shd_far_light(&plan, &far, 2, position, lows, normal, rows);
+    shd_far_kernel_of(SHD_PORTABLE)->light(&plan, &far, 2, position, lows, normal, rows);
     for (int i = 0; i < 2; i++)
         for (int c = 0; c < 3; c++) {
             const shd_vec3 at = {1 + 2 * (double)x[i], 2 + 2 * (double)y[i], 3 + 2 * (double)z[i]};
@@ -129,6 +129,139 @@ static void lights_add_up_by_their_colors(void **state) {
             for (int j = 0; j < 40; j++) wanted += lights[j].color[c] * field_of(&lights[j], at).z;
             assert_true(fabs((double)out[c][i] - wanted) < 1e-5 * wanted);
         }
+}
+
+enum { CROWD = 90 };
+
+/* Lamps in a ball of radius 1 about `middle`, all of which fall off alike. */
+static void make_crowd(uint64_t *random, int kind, shd_vec3 middle, shd_plan_light *lights) {
+    const shd_plan_light as = any_light(random, kind, 1);
+    for (size_t j = 0; j < CROWD; j++) {
+        lights[j] = as;
+        lights[j].gain = uniform(random, 0.5, 2);
+        lights[j].position =
+            shd_madd(middle, any_direction(random), pow(uniform(random, 0, 1), 1.0 / 3));
+        for (int c = 0; c < 3; c++) lights[j].color[c] = uniform(random, 0, 1);
+    }
+}
+
+/* A bunch's polynomial is that of all of its lights, to within what is told for their middle. */
+static void bunches_are_their_lights_together(void **state) {
+    (void)state;
+    uint64_t random = 7;
+    double nearest = 0;
+    for (int round = 0; round < 60; round++) {
+        shd_arena *arena = shd_arena_new(1 << 20);
+        shd_plan_light lights[CROWD];
+        const double distance = uniform(&random, 4, 40), radius = 0.35 * distance - 1;
+        make_crowd(&random, 1 + round % (KINDS - 1), (shd_vec3){0, 0, distance}, lights);
+        const shd_plan plan = {
+            .lights = lights, .light_count = CROWD, .scale = 1, .drop_tolerance = 1};
+        const shd_bunches *bunches;
+        assert_true(shd_bunches_new(&plan, arena, &bunches));
+        assert_int_equal(bunches->roots, 1);
+        const shd_bunch *root = bunches->list;
+        const shd_plan_light *fall = &bunches->falls[root->fall];
+        shd_plan_light middle = *fall;
+        middle.position = root->center;
+        const double away = shd_length(root->center),
+                     rest = shd_far_rest(&middle, away, radius + root->radius);
+        shd_far far = {.channels = 3};
+        shd_far_add_bunch(bunches, root, &far);
+        assert_int_equal(far.lights, CROWD);
+        for (int i = 0; rest < INFINITY && i < POINTS; i++) {
+            const shd_vec3 at = shd_scale(any_direction(&random), radius * (i % 2 ? 1 : 0.5));
+            const float p[] = {(float)at.x, (float)at.y, (float)at.z}, up = 1, none = 0;
+            const float *position[] = {p, p + 1, p + 2}, *low[3] = {NULL},
+                        *normal[] = {&none, &none, &up};
+            float out[3] = {0}, *rows[] = {out, out + 1, out + 2};
+            shd_far_kernel_of(SHD_PORTABLE)->light(&plan, &far, 1, position, low, normal, rows);
+            for (int c = 0; c < 3; c++) {
+                double wanted = 0;
+                for (int j = 0; j < CROWD; j++)
+                    wanted +=
+                        lights[j].color[c] *
+                        field_of(&lights[j], (shd_vec3){(double)p[0], (double)p[1], (double)p[2]})
+                            .z;
+                const double most = rest * shd_attenuation(&middle, away) * root->strength[c];
+                const double off = fabs((double)out[c] - wanted);
+                if (!(off <= most + 0x1p-23 * wanted))
+                    fail_msg("round %d: %g off, %g told", round, off, most);
+                nearest = fmax(nearest, off / most);
+            }
+        }
+        shd_arena_drop(arena);
+    }
+    assert_true(nearest > 1e-3); /* it is not told by far */
+}
+
+/* Kernels look at lights as the plan's own functions do, or are more careful. */
+static void kernels_agree_about_lights(void **state) {
+    (void)state;
+    uint64_t random = 11;
+    for (int round = 0; round < 40; round++) {
+        shd_arena *arena = shd_arena_new(1 << 20);
+        shd_plan_light lights[CROWD];
+        make_crowd(&random, 1 + round % (KINDS - 1), (shd_vec3){0, 1, 1.5}, lights);
+        const shd_plan plan = {.lights = lights, .light_count = CROWD, .scale = 1};
+        const shd_bunches *bunches;
+        assert_true(shd_bunches_new(&plan, arena, &bunches));
+        shd_far_patch patch = {.axis = any_direction(&random),
+                               .mirror = any_direction(&random),
+                               .radius = uniform(&random, 0, 0.5),
+                               .spread = {cos(0.3), sin(0.3)},
+                               .glitter = {cos(0.5), sin(0.5)},
+                               .diffuse = {1, 0.5, 0.2},
+                               .lobe_count = 1,
+                               .shininess = {40},
+                               .specular = {{0.1, 0.2, 0.3}}};
+        uint32_t places[CROWD];
+        shd_far_look looks[SHD_ISA_COUNT][CROWD];
+        shd_far sums[SHD_ISA_COUNT];
+        for (uint32_t j = 0; j < CROWD; j++) places[j] = CROWD - 1 - j;
+        for (int isa = 0; isa < SHD_ISA_COUNT; isa++) {
+            const shd_far_kernel *kernel = shd_far_kernel_of((shd_isa)isa);
+            shd_isa same;
+            if (!kernel || !shd_isa_find(shd_isa_name((shd_isa)isa), &same)) continue;
+            kernel->look(bunches, &patch, places, CROWD, looks[isa]);
+            sums[isa] = (shd_far){.channels = 3};
+            kernel->add(bunches, places, CROWD, &sums[isa]);
+            for (int j = 0; j < CROWD; j++) {
+                const shd_far_look *a = &looks[isa][j], *b = &looks[SHD_PORTABLE][j];
+                assert_true(a->behind == b->behind && a->certain == b->certain &&
+                            a->rest == b->rest && a->shown == b->shown && a->most == b->most);
+            }
+            assert_memory_equal(&sums[isa], &sums[SHD_PORTABLE], sizeof sums[isa]);
+        }
+        shd_far wanted = {.channels = 3};
+        for (int j = 0; j < CROWD; j++) shd_far_add(&lights[j], &wanted);
+        for (int c = 0; c < 3; c++)
+            for (int k = 0; k < SHD_FAR_TERMS; k++)
+                assert_true(fabs(wanted.terms[c][k] - sums[0].terms[c][k]) <=
+                            1e-9 * (1 + fabs(wanted.terms[c][k])));
+        for (int j = 0; j < CROWD; j++) {
+            const shd_far_look *l = &looks[0][j];
+            const shd_plan_light *light = &lights[bunches->lights[places[j]]];
+            const double d = shd_length(light->position),
+                         told = shd_far_rest(light, d, patch.radius) * shd_attenuation(light, d);
+            /* Points and normals of the patch: none lights up what is behind, and all have at least
+             * what is certain. */
+            for (int i = 0; i < 8; i++) {
+                const shd_vec3 at = shd_scale(any_direction(&random), patch.radius);
+                shd_vec3 n = shd_madd(patch.axis, any_direction(&random), sin(0.299));
+                if (!shd_normalize(n, &n) || shd_dot(n, patch.axis) < cos(0.3)) continue;
+                const shd_vec3 e = field_of(light, at);
+                const double shows = shd_dot(e, n);
+                if (l->behind) assert_true(shows <= 0);
+                if (l->certain > 0) assert_true(shows >= l->certain);
+            }
+            if (l->rest < INFINITY) {
+                assert_true(l->certain > 0);
+                assert_true(l->rest >= light->color[0] * told * (1 - 1e-9));
+            }
+        }
+        shd_arena_drop(arena);
+    }
 }
 
 static void near_lights_are_refused(void **state) {
@@ -147,6 +280,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_left_out_is_bounded),
         cmocka_unit_test(lights_add_up_by_their_colors),
+        cmocka_unit_test(bunches_are_their_lights_together),
+        cmocka_unit_test(kernels_agree_about_lights),
         cmocka_unit_test(near_lights_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

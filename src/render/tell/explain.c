@@ -6,6 +6,7 @@
 #include "base/json_memory.h"
 #include "bound/light/brightest.h"
 #include "bound/light/extended.h"
+#include "plan/bunches.h"
 #include "plan/cost.h"
 #include "plan/textures.h"
 #include "render/planning.h"
@@ -91,8 +92,12 @@ static json_t *tell_lights(const shd_plan *plan) {
         }
         json_array_append_new(list, light);
     }
-    return json_pack("{sI sI so}", "given", (json_int_t)scene->light_count, "used",
-                     (json_int_t)plan->light_count, "list", list);
+    json_t *told = json_pack("{sI sI so}", "given", (json_int_t)scene->light_count, "used",
+                             (json_int_t)plan->light_count, "list", list);
+    if (plan->bunches)
+        json_object_set_new(told, "groups",
+                            json_integer((json_int_t)shd_bunches_groups(plan->bunches)));
+    return told;
 }
 
 static json_t *tell_objects(const shd_plan *plan) {

@@ -3,10 +3,10 @@
 #include <string.h>
 
 #include "bound/light/extended.h"
+#include "plan/bunches.h"
 #include "render/tell/lamps.h"
 #include "render/tell/words.h"
 #include "scene/surroundings.h"
-#include "shade/far.h"
 #include "shade/westin.h"
 
 enum { LIGHTS_NAMED = 8 }; /* lights that are left out and named; more are counted */
@@ -138,8 +138,11 @@ static void say_lights(json_t *words, const shd_plan *plan) {
         say_line(words,
                  "Tiles leave out lights that add no more than %.2g + %.2g of a value to it.",
                  plan->drop_tolerance, plan->drop_relative);
-    if (plan->drop_tolerance > 0 && plan->light_count >= SHD_FAR_LEAST)
-        say_line(words, "Within that, lights far from all that a tile shows are lit together.");
+    if (plan->bunches)
+        say_line(words,
+                 "Within that, lights far from all that a tile or a block of it shows are lit "
+                 "together: %zu lights, in %zu groups.",
+                 plan->light_count, shd_bunches_groups(plan->bunches));
 }
 
 static void say_lamps(json_t *words, const shd_plan *plan) {

@@ -85,8 +85,9 @@ static void list_rows(shd_tile tile, shd_tile_scratch *s, size_t samples) {
 }
 
 void shd_list_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s) {
-    const size_t samples = (size_t)scenery->plan->scene->raster.samples;
-    if (s->survey.even && !shd_plan_is_draft(scenery->plan))
+    const shd_plan *plan = scenery->plan;
+    const size_t samples = (size_t)plan->scene->raster.samples;
+    if (s->survey.even && !shd_plan_is_draft(plan) && !plan->bunches)
         list_rows(tile, s, samples);
     else
         list_blocks(scenery, tile, samples, s);

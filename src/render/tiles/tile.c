@@ -171,8 +171,10 @@ static void sum_lights(const shd_scenery *scenery, const lit_run *l, size_t plan
     shd_light_sums32(scenery->lighting, l->material, l->which, l->lights, &points,
                      l->material->has_diffuse ? s->outs : NULL, s->outs + 3, s->edges);
     light_edges(scenery, l, s);
-    if (plane == 0 && s->far.lights)
-        shd_far_light(plan, &s->far, l->count, points.position, points.low, points.normal, s->outs);
+    for (int k = 0; plane == 0 && k < 2; k++)
+        if (s->far[k] && s->far[k]->lights)
+            shd_far_kernel_of(plan->isa)->light(plan, s->far[k], l->count, points.position,
+                                                points.low, points.normal, s->outs);
     if (l->material->textures)
         shd_textured_sums(scenery, l->material, plane, l->first, l->count, s);
 }
@@ -232,24 +234,84 @@ static shd_patch patch_of(const shd_scenery *scenery, const lit_run *l) {
     return patch;
 }
 
-/* Leaves out lights that do not reach the run's points, and those that s->far tells. */
+/* Leaves out lights that do not reach the run's points, or are too weak. */
 static void cull_lights(const shd_scenery *scenery, lit_run *l, shd_tile_scratch *s) {
     enum { FEW = 2 }; /* lights that cost less than looking at the points */
     const shd_plan *plan = scenery->plan;
     if (plan->tier == SHD_EXACT || l->lights <= FEW) return;
     const shd_patch patch = patch_of(scenery, l);
     const size_t object = (size_t)l->hits->object[l->first];
-    size_t count = shd_plan_cull(plan, &patch, l->which, l->lights, s->which);
-    double room = shd_patch_room(plan, object, &patch, plan->drop_tolerance, s->which, count);
-    /* Room is a share of light, of which a pattern may show less. */
-    if (room > 0 && !l->material->textures)
-        count = shd_far_gather(plan, l->material, &patch, l->count, &room, s->which, count,
-                               s->costs, &s->far);
+    const size_t count = shd_plan_cull(plan, &patch, l->which, l->lights, s->which);
+    const double room = shd_patch_room(plan, object, &patch, plan->drop_tolerance, s->which, count);
     l->lights = shd_drop_weakest(plan, object, &patch, room, s->which, count);
     l->which = s->which;
 }
 
-static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *s) {
+/* Leaves out what is lit from afar, and then the same. */
+static void cull_open(const shd_scenery *scenery, const shd_patch *patch, const shd_afar *afar,
+                      lit_run *l, shd_tile_scratch *s) {
+    enum { MANY = 128 }; /* points that make it pay to look at each light */
+    const shd_plan *plan = scenery->plan;
+    const size_t object = (size_t)l->hits->object[l->first];
+    l->lights = shd_afar_list(plan, afar, l->which, l->lights, &s->afar, s->which);
+    l->which = s->which;
+    if (l->count < MANY) return;
+    l->lights = shd_plan_cull(plan, patch, s->which, l->lights, s->which);
+    l->lights =
+        shd_drop_weakest(plan, object, patch, afar->room - afar->spent, s->which, l->lights);
+}
+
+/* How many hits from the run's `at` on are of the same bundle. Their shots follow each other. */
+static size_t bundle_of(const lit_run *l, size_t at, const shd_chunk *c) {
+    const uint32_t *shots = l->hits->shot + l->first;
+    size_t end = 0, count = 0;
+    for (size_t b = 0; b < c->count && shots[at] >= end; b++) end += (size_t)c->bundles[b].count * c->bundles[b].samples;
+    while (at + count < l->count && shots[at + count] < end) count++;
+    return count;
+}
+
+/* Lights a run for plane 0 by bunches of lights that are far from all of it, or from blocks of it:
+ * what a block leaves out depends on what its tile shows, and on nothing else. */
+static void light_from_afar(const shd_scenery *scenery, const lit_run *l, const shd_chunk *chunk,
+                            shd_tile_scratch *s) {
+    enum { WIDE = 256, FEW = 24 }; /* points; lights */
+    const shd_plan *plan = scenery->plan;
+    shd_afar *whole = &s->afar.whole, *part = &s->afar.part;
+    const shd_patch patch = patch_of(scenery, l);
+    const bool wide = l->count >= WIDE && patch.cos_spread > 0;
+    if (wide) shd_afar_find(plan, l->material, &patch, l->count, NULL, &s->afar, whole);
+    s->far[0] = wide ? &whole->far : NULL;
+    if (wide && whole->open_count + whole->alone_count <= FEW) {
+        lit_run all = *l;
+        cull_open(scenery, &patch, whole, &all, s);
+        sum_lights(scenery, &all, 0, s);
+        s->far[0] = NULL;
+        return;
+    }
+    s->far[1] = &part->far;
+    for (size_t at = 0; at < l->count && !shd_is_cancelled(plan->cancelled);) {
+        lit_run block = *l;
+        block.first += at;
+        at += block.count = bundle_of(l, at, chunk);
+        const shd_patch small = patch_of(scenery, &block);
+        shd_afar_find(plan, l->material, &small, block.count, wide ? whole : NULL, &s->afar, part);
+        cull_open(scenery, &small, part, &block, s);
+        sum_lights(scenery, &block, 0, s);
+    }
+    s->far[0] = s->far[1] = NULL;
+}
+
+/* Whether lights may be lit from afar. Room is a share of light, of which a pattern may show less.
+ */
+static bool is_for_bunches(const shd_plan *plan, const lit_run *l) {
+    enum { FEW = 16 }; /* points that are lit as fast */
+    return plan->bunches && l->count >= FEW && l->lights >= SHD_BUNCHES_LEAST &&
+           l->material->has_diffuse && !l->material->textures &&
+           l->material->lobe_count <= SHD_FAR_LOBES;
+}
+
+static const shd_hits *light_hits(const shd_scenery *scenery, const shd_chunk *chunk,
+                                  shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
     const shd_hits *hits = make_runs(scenery, s->now, s);
     void (*const light_run)(const shd_scenery *, const lit_run *, size_t, shd_tile_scratch *) =
@@ -271,9 +333,12 @@ static const shd_hits *light_hits(const shd_scenery *scenery, shd_tile_scratch *
             shd_textured_weigh(scenery, l.material->textures, hits, l.first, l.count, s);
         if (l.material->antialiased)
             shd_bent_sharpen(scenery, l.material, hits, l.first, l.count, s);
-        s->far.lights = 0;
-        cull_lights(scenery, &l, s);
-        light_run(scenery, &l, 0, s);
+        if (is_for_bunches(plan, &l)) {
+            light_from_afar(scenery, &l, chunk, s);
+        } else {
+            cull_lights(scenery, &l, s);
+            light_run(scenery, &l, 0, s);
+        }
         uint32_t light;
         l.which = &light;
         for (size_t p = 1; p < plan->plane_count; p++) {
@@ -424,7 +489,7 @@ static void sample_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_sc
         const shd_chunk c = shd_make_chunk(tile, s, done, samples);
         cast_shots(scenery, s, &c, watch);
         if (scenery->data) store_data(scenery, s->now, s, film, tile);
-        const shd_hits *hits = light_hits(scenery, s);
+        const shd_hits *hits = light_hits(scenery, &c, s);
         if (scenery->traced) shd_trace_hits(scenery, hits, s, watch);
         if (samples == 1) {
             s->fragments.count = hits->count;

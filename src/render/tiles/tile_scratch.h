@@ -2,8 +2,8 @@
 #pragma once
 
 #include "plan/bend.h"
+#include "render/tiles/far.h"
 #include "render/tiles/fragments.h"
-#include "shade/far.h"
 #include "shade/lighting.h"
 #include "sight/sight.h"
 
@@ -54,8 +54,9 @@ typedef struct shd_tile_scratch {
     double **beam;    /* [plan->max_fields] of 1: what patterns are where a further ray ends */
     double **sharp;   /* [2 max_lobes]: what lobes are at each hit (shd_points64), if they differ */
     uint32_t *which;  /* lights that may reach a run */
-    double *costs;    /* [light_count], for shd_far_gather; NULL: nothing may be left out */
-    shd_far far;      /* of the run */
+    shd_afar_scratch afar; /* of a plan that has bunches */
+    /* What lights the run beside `which`, or none. */
+    const shd_far *far[2];
     /* Of hits through which a transparent background may be seen: how much of a sample each one
      * covers. NULL: there are none. */
     float *alpha;
