@@ -35,7 +35,8 @@ const char *shd_drop_reason(unsigned drops) {
 
 /* What of an extended scene f32 has no kernels for. */
 static const char *why_exact(const shd_plan *plan) {
-    if (plan->beyond_points) return "lights with a shape, traced rays, spectra and specular antialiasing";
+    if (plan->beyond_points)
+        return "lights with a shape, traced rays, spectra and specular antialiasing";
     if (!shd_isa_fuses(plan->isa)) return "models beside Phong's, of which f32's would be slower";
     return "models, lobes and cones that f32 is too coarse for";
 }

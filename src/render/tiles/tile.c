@@ -265,7 +265,8 @@ static void cull_open(const shd_scenery *scenery, const shd_patch *patch, const 
 static size_t bundle_of(const lit_run *l, size_t at, const shd_chunk *c) {
     const uint32_t *shots = l->hits->shot + l->first;
     size_t end = 0, count = 0;
-    for (size_t b = 0; b < c->count && shots[at] >= end; b++) end += (size_t)c->bundles[b].count * c->bundles[b].samples;
+    for (size_t b = 0; b < c->count && shots[at] >= end; b++)
+        end += (size_t)c->bundles[b].count * c->bundles[b].samples;
     while (at + count < l->count && shots[at + count] < end) count++;
     return count;
 }
