@@ -97,6 +97,16 @@ SHD_INLINE shd_vd tail_of(shd_vd a, shd_vd b, shd_vd c, shd_vd linear, shd_vd sq
     return where(b + c, zero, tail, 2 * t * t * t * t / (1 - t));
 }
 
+/* What light of `fall` shows of each lobe at most. (R.V)^ns is at most exp(-x), x = ns (1 - R.V),
+ * and that (1 + x / 2^n)^-2^n. */
+SHD_INLINE void bound_lobes(const shd_far_patch *p, int v, shd_vd shine, shd_vd fall, looks *out) {
+    for (size_t k = 0; k < p->lobe_count; k++) {
+        shd_vd power = 1 / (1 + p->shininess[k] / (1 << SLOWLY) * greater_vd(1 - shine, vd(0)));
+        for (int n = 0; n < SLOWLY; n++) power *= power;
+        shd_vd_store(out->power[k] + v, power * (1 + MARGIN) * fall);
+    }
+}
+
 static void look_at_lanes(const shd_far_patch *p, const rows *r, looks *out) {
     static const double CLEAR = 1e-4, ROUNDING = 1e-12, WIDEST = 0.4, NEAREST = 1e-30,
                         FARTHEST = 1e30;
@@ -143,12 +153,7 @@ static void look_at_lanes(const shd_far_patch *p, const rows *r, looks *out) {
         shd_vd_store(out->most + v, fall * high);
         shd_vd_store(out->certain + v, certain);
         shd_vd_store(out->rest + v, rest);
-        for (size_t k = 0; k < p->lobe_count; k++) {
-            /* (R.V)^ns is at most exp(-x), x = ns (1 - R.V), and that (1 + x / 2^n)^-2^n. */
-            shd_vd power = 1 / (1 + p->shininess[k] / (1 << SLOWLY) * greater_vd(1 - shine, zero));
-            for (int n = 0; n < SLOWLY; n++) power *= power;
-            shd_vd_store(out->power[k] + v, power * (1 + MARGIN) * fall);
-        }
+        bound_lobes(p, v, shine, fall, out);
     }
 }
 

@@ -16,7 +16,7 @@ def lit_from_afar(far, weak, accuracy):
             "objects": [{"type": "sphere", "material": {"diffuse": 0.6}}],
             "lights": [lamp] + [
                 {"type": "point", "position": [6 * math.sin(i), 6 * math.cos(i), 4],
-                 "intensity": weak * (1 + 0.01 * i)} for i in range(120)]}
+                 "intensity": weak * (1 + 0.01 * i)} for i in range(60)]}
 
 
 def picture(document):
