@@ -152,6 +152,8 @@ static inline unsigned polish(double tube, const rays *a, const rays *b, const g
     t -= half_of(step, 0), u -= half_of(step, 1);
     shd_mf sure = shd_vf_gt_in(is_first(tube, g, near), shd_vf_set(-flat), slope);
     sure = shd_vf_gt_in(sure, enough * slope, shd_vf_max(step, -step));
+    /* Steps may end far away, where slopes are so steep that any step seems small. */
+    sure = shd_vf_gt_in(sure, shd_vf_set((1 + 1e-5f) * around), shd_vf_max(near, -near));
     const unsigned beyond = shd_md_bits(shd_vd_gt(t, a->near)) | shd_md_bits(shd_vd_gt(u, b->near))
                                                                      << LANES;
     const shd_vf least = shd_vf_select(g->bounded, shd_vf_set(-INFINITY), shd_vf_set(INFINITY));

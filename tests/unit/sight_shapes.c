@@ -316,6 +316,28 @@ static void tori_are_met_where_no_step_can_pass_them(void **state) {
     assert_true(hits > RAYS / 3 && misses > RAYS / 10);
 }
 
+/* Rays that stay in a torus's hole while they are as high as its tube. Steps in f32 that look for
+ * their roots may go far away, and there are none. */
+static void nothing_is_met_in_holes_of_tori(void **state) {
+    (void)state;
+    srand(9);
+    for (int i = 0; i < 6000; i++) {
+        const double r = uniform(0.02, 0.98), hole = 0.98 * (1 - r);
+        shd_work w;
+        for (int k = 0; k < SHD_RAYS; k++) {
+            const double u = uniform(0, 2 * SHD_PI), v = uniform(0, 2 * SHD_PI),
+                         a = hole * sqrt(uniform(0, 1)), b = hole * sqrt(uniform(0, 1));
+            const shd_vec3 low = {a * cos(u), -r, a * sin(u)}, high = {b * cos(v), r, b * sin(v)};
+            shd_set_lane(w.origin, k, shd_madd(low, shd_sub(high, low), -pow(10, uniform(0, 4))));
+            shd_set_lane(w.direction, k, shd_sub(high, low));
+            w.near[k] = w.shift[k] = 0;
+            shd_approach(&w, k);
+        }
+        SHD_VARIANT(shd_find_surfaces)(SHD_TORUS, r, &w);
+        for (int k = 0; k < SHD_RAYS; k++) assert_true(w.t[k] == INFINITY);
+    }
+}
+
 static void inverse_roots_are_right_to_2_ulp(void **state) {
     (void)state;
     srand(6);
@@ -413,6 +435,7 @@ int main(void) {
         cmocka_unit_test(far_spheres_are_hit_and_missed_rightly),
         cmocka_unit_test(ray_from_inside_meets_the_far_wall),
         cmocka_unit_test(thin_torus_far_away_is_met_on_its_tube),
+        cmocka_unit_test(nothing_is_met_in_holes_of_tori),
         cmocka_unit_test(tori_are_met_where_marching_meets_them),
         cmocka_unit_test(tori_are_met_where_no_step_can_pass_them),
         cmocka_unit_test(inverse_roots_are_right_to_2_ulp),
