@@ -28,9 +28,10 @@ void shd_model_drop(const shd_model *model); /* NULL is fine */
 typedef struct shd_import_texture {
     const shd_model_map *map;
     const shd_model_picture *picture;
-    double mean[3]; /* of the picture, or 1: the coefficient over this is the picture's factor */
-    double most;    /* what that is cut to */
-    char channel;   /* 'R' or 'A': it is no color, and has no factor; else 0 */
+    double mean[3];   /* of the picture, or 1: the coefficient over this is the picture's factor */
+    double factor[3]; /* that of the file, where the mean is 0 */
+    double most;      /* what either is cut to */
+    char channel;     /* 'R' or 'A': it is no color, and has no factor; else 0 */
 } shd_import_texture;
 
 /* A material in our terms. */

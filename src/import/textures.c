@@ -48,13 +48,12 @@ static const char *find_obstacle(const shd_scene_writer *w, size_t material,
 
 /* ---- Means ---- */
 
-/* Multiplies a color by what its picture is in the mean, and sets what has to be divided by it for
- * the picture's factor. A black channel stays as it is: nothing can be told from it. */
+/* Multiplies a color by what its picture is in the mean. */
 static void take_mean(const shd_model_picture *picture, float color[3], double mean[3]) {
     for (int c = 0; c < 3; c++) {
-        const bool known = picture->measured && picture->linear[c] > 0;
-        mean[c] = known ? (double)picture->linear[c] : 1;
-        color[c] *= known ? picture->linear[c] : 1;
+        const float part = picture->measured ? picture->linear[c] : 1;
+        mean[c] = (double)part;
+        color[c] *= part;
     }
 }
 
@@ -118,13 +117,18 @@ static void consider_map(const shd_scene_writer *w, size_t material, const char 
                          shd_import_texture *out) {
     const shd_model_picture *picture = picture_of(w, map);
     char text[160];
-    double mean[3] = {1, 1, 1};
+    double mean[3] = {1, 1, 1}, factor[3] = {1, 1, 1};
     if (!picture) return;
+    for (int c = 0; color && c < 3; c++) factor[c] = (double)color[c];
     if (color) take_mean(picture, color, mean);
     const char *why = kind < SHD_MAP_TAKEN ? find_obstacle(w, material, map, picture)
                                            : "scenes have no such thing";
     if (!why) {
-        *out = (shd_import_texture){map, picture, {mean[0], mean[1], mean[2]}, HUGE_VAL, 0};
+        *out = (shd_import_texture){.map = map,
+                                    .picture = picture,
+                                    .mean = {mean[0], mean[1], mean[2]},
+                                    .factor = {factor[0], factor[1], factor[2]},
+                                    .most = HUGE_VAL};
         return;
     }
     snprintf(text, sizeof text, "the picture of its %s is left out%s, because %s", uses[kind],
@@ -194,7 +198,9 @@ static bool keep_picture(shd_scene_writer *w, const shd_import_texture *texture,
 static void put_factor(shd_scene_writer *w, const shd_import_texture *texture,
                        const double rgb[3]) {
     double tint[3];
-    for (int c = 0; c < 3; c++) tint[c] = fmin(rgb[c] / texture->mean[c], texture->most);
+    for (int c = 0; c < 3; c++) /* what is black tells nothing of its factor */
+        tint[c] = fmin(texture->mean[c] > 0 ? rgb[c] / texture->mean[c] : texture->factor[c],
+                       texture->most);
     if (!shd_format_get(format_of(w, texture->picture))->linear)
         fputs(", \"space\": \"sRGB\"", w->out);
     fputs(", \"tint\": ", w->out);

@@ -17,12 +17,19 @@ struct shd_wished {
 static shd_status find_wish(shd_request *request, const shd_picture_wish *wish,
                             const struct shd_wished **out, shd_error *error) {
     shd_arena *arena = request->rendering.arena;
+    const struct shd_wished *refused = NULL;
     size_t count = 0;
     for (const struct shd_wished *w = request->wished; w; w = w->next, count++) {
         *out = w;
+        if (!w->texels && w->error.limit == SHD_LIMIT_MEMORY) refused = w;
         if (w->wish.space == wish->space && w->wish.working == wish->working &&
             !strcmp(w->wish.name, wish->name))
             return SHD_OK;
+    }
+    /* Where there is no room for one, none of the others is decoded to be told the same. */
+    if (refused) {
+        *out = refused;
+        return SHD_OK;
     }
     if (count == WISHES_MOST)
         return shd_fail(error, SHD_SCENE, "", "a scene names at most %d pictures", WISHES_MOST);

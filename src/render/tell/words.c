@@ -36,7 +36,7 @@ const char *shd_drop_reason(unsigned drops) {
 /* What of an extended scene f32 has no kernels for. */
 static const char *why_exact(const shd_plan *plan) {
     if (plan->beyond_points)
-        return "lights with a shape, traced rays, spectra and specular antialiasing";
+        return "lights with a shape, environments, traced rays, spectra and specular antialiasing";
     if (!shd_isa_fuses(plan->isa)) return "models beside Phong's, of which f32's would be slower";
     return "models, lobes and cones that f32 is too coarse for";
 }
@@ -46,7 +46,8 @@ static void say_tier(json_t *words, const shd_explained *e) {
     const shd_accuracy *accuracy = &plan->scene->accuracy;
     const char *tier = shd_plan_tier_name(plan), *isa = shd_isa_name(plan->isa);
     if (accuracy->budget)
-        say_line(words, "Tier %s, with %s kernels: the cheapest one that stays within %.6g %s.",
+        say_line(words,
+                 "Tier %s, with %s kernels: the cheapest one but draft that stays within %.6g %s.",
                  tier, isa, accuracy->max_error, shd_metric_names[accuracy->metric]);
     if (accuracy->budget && accuracy->max_error < accuracy->whole)
         say_line(words, "The rest of the %.6g is for what the format loses, which is measured.",
@@ -57,7 +58,8 @@ static void say_tier(json_t *words, const shd_explained *e) {
     else if (strcmp(tier, shd_asked_tier(accuracy)))
         say_line(words,
                  "Tier %s, with %s kernels: %s was asked for, which takes fewer "
-                 "samples only of spheres and planes, where there are several and no layers.",
+                 "samples only of spheres and planes of Phong's model without patterns and "
+                 "pictures, where there are several and no layers.",
                  tier, isa, shd_asked_tier(accuracy));
     else
         say_line(words, "Tier %s, with %s kernels, as asked for.", tier, isa);
