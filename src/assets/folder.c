@@ -29,13 +29,14 @@ struct shd_asset_folder {
 
 /* ---- Names ---- */
 
+/* What begins as names of digests do cannot be named. */
 static bool is_name(const char *name) {
     static const char signs[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-";
     const char *dot = strrchr(name, '.');
     shd_format format;
     const size_t length = strlen(name);
-    return *name != '.' && length <= SHD_ASSET_NAME && strspn(name, signs) == length && dot &&
-           shd_format_find(dot + 1, &format);
+    return *name != '.' && strncmp(name, "sha256-", 7) != 0 && length <= SHD_ASSET_NAME &&
+           strspn(name, signs) == length && dot && shd_format_find(dot + 1, &format);
 }
 
 static bool is_file(int folder, const char *name) {

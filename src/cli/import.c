@@ -61,12 +61,13 @@ static void tell_how_to_put_meshes(const importing *it) {
 }
 
 static void tell_how_to_put_pictures(const importing *it) {
-    fprintf(stderr,
-            "note: %s: its pictures are in '%s', for --assets, or for a daemon to keep:\n"
-            "  for picture in '%s'/*; do name=${picture##*/}; curl -fT \"$picture\" -H "
-            "'Content-Type: application/octet-stream' "
-            "http://127.0.0.1:8080/v1/assets/${name%%.*}; done\n",
-            it->model, it->pictures, it->pictures);
+    fprintf(
+        stderr,
+        "note: %s: its pictures are in '%s', for --assets, or for a daemon to keep:\n"
+        "  for picture in '%s'/*; do name=${picture##*/} name=${name%%.*}; "
+        "[ ${#name} = 64 ] && curl -fT \"$picture\" -H 'Content-Type: application/octet-stream' "
+        "http://127.0.0.1:8080/v1/assets/$name; done\n",
+        it->model, it->pictures, it->pictures);
 }
 
 static bool has_suffix(const char *path, const char *const *suffixes) {

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "assets/decoder.h"
+#include "render/pictures.h"
 #include "scene/json.h"
 
 /* What stands before the samples of a thing of the store. */
@@ -39,9 +40,10 @@ static void *make_room(void *context, const shd_decoded *picture, size_t bytes, 
     decoding *d = context;
     shd_store *store = d->request->rendering.engine->store;
     (void)picture;
-    if (d->must_fit && shd_store_admit(store, HEAD + bytes, error) != SHD_OK) return NULL;
-    const shd_status status =
-        shd_stored_new(store, SHD_THING_ASSET, d->digest, HEAD + bytes, &d->thing, error);
+    shd_status status = d->must_fit ? shd_store_admit(store, HEAD + bytes, error)
+                                    : shd_request_room_for(d->request, "picture", bytes, error);
+    if (status == SHD_OK)
+        status = shd_stored_new(store, SHD_THING_ASSET, d->digest, HEAD + bytes, &d->thing, error);
     return status == SHD_OK ? (char *)shd_stored_bytes(d->thing) + HEAD : NULL;
 }
 

@@ -71,22 +71,12 @@ static void write_key(const shd_texels *picture, int rows, char out[SHD_DIGEST_T
 
 /* ---- Making ---- */
 
-static shd_status check_shape(const shd_texels *picture, shd_error *error) {
+static shd_status check_shape(const shd_decoded *picture, shd_error *error) {
     if (picture->width == 2 * picture->height) return SHD_OK;
     return shd_fail(error, SHD_SCENE, "",
                     "a map is twice as wide as it is high, all longitudes by all latitudes; this "
                     "picture has %d by %d pixels",
                     picture->width, picture->height);
-}
-
-static shd_status check_room(const shd_request *request, size_t bytes, shd_error *error) {
-    const uint64_t limit = request->limits.memory, used = shd_arena_used(request->rendering.arena) +
-                                                          shd_request_texel_bytes(request) +
-                                                          shd_request_map_bytes(request);
-    if (used <= limit && bytes <= limit - used) return SHD_OK;
-    shd_fail(error, SHD_LIMIT, "", "the map takes %zu bytes; the limit `memory` is %llu", bytes,
-             (unsigned long long)limit);
-    return shd_fail_limit(error, SHD_LIMIT_MEMORY);
 }
 
 static shd_status make_map(const shd_request *request, const shd_texels *picture, const char *name,
@@ -96,7 +86,7 @@ static shd_status make_map(const shd_request *request, const shd_texels *picture
     const int rows = shd_surroundings_rows(picture->height, wanted);
     const size_t bytes = HEAD + 6 * (size_t)rows * (size_t)rows * sizeof(float);
     shd_stored *thing;
-    shd_status status = check_room(request, bytes, error);
+    shd_status status = shd_request_room_for(request, "map", bytes, error);
     if (status == SHD_OK)
         status = shd_stored_new(engine->glows, SHD_THING_MAP, digest, bytes, &thing, error);
     if (status != SHD_OK) return status;
@@ -137,11 +127,15 @@ static shd_status make_of_name(shd_request *request, const char *name,
     const shd_picture_wish wish = {.name = name, .working = working};
     const shd_held_picture *before = request->held_pictures;
     const shd_texels *picture;
-    shd_status status = shd_request_texels(request, &wish, &picture, error);
+    shd_asset asset;
+    shd_status status = shd_asset_open(request, name, &asset, error);
+    if (status != SHD_OK) return status;
+    status = check_shape(asset.picture, error);
+    if (status == SHD_OK) status = shd_request_texels_of(request, &asset, &wish, &picture, error);
+    shd_stored_drop(asset.thing);
     if (status != SHD_OK) return status;
     *digest = name_of(request, name, &picture->file, working, rows);
-    status = check_shape(picture, error);
-    if (status == SHD_OK) status = make_map(request, picture, name, digest, rows, out, error);
+    status = make_map(request, picture, name, digest, rows, out, error);
     if (request->held_pictures != before) shd_request_forget_texels(request);
     return status;
 }

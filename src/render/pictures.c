@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "render/assets.h"
+#include "render/maps.h"
 
 enum { BLOCK = 1024 };
 
@@ -147,13 +148,14 @@ void shd_request_forget_texels(shd_request *request) {
     shd_stored_drop(last->thing);
 }
 
-/* Whether the request may have so many bytes more of pictures. */
-static shd_status check_room(const shd_request *request, size_t bytes, shd_error *error) {
+shd_status shd_request_room_for(const shd_request *request, const char *what, uint64_t bytes,
+                                shd_error *error) {
     const uint64_t limit = request->limits.memory, used = shd_arena_used(request->rendering.arena) +
-                                                          shd_request_texel_bytes(request);
+                                                          shd_request_texel_bytes(request) +
+                                                          shd_request_map_bytes(request);
     if (used <= limit && bytes <= limit - used) return SHD_OK;
-    shd_fail(error, SHD_LIMIT, "", "the picture takes %zu bytes; the limit `memory` is %llu", bytes,
-             (unsigned long long)limit);
+    shd_fail(error, SHD_LIMIT, "", "the %s takes %llu bytes; the limit `memory` is %llu", what,
+             (unsigned long long)bytes, (unsigned long long)limit);
     return shd_fail_limit(error, SHD_LIMIT_MEMORY);
 }
 
@@ -165,7 +167,7 @@ static shd_status make_picture(const shd_request *request, const shd_asset *asse
     const shd_decoded *p = asset->picture;
     const size_t bytes = HEAD + (size_t)p->width * (size_t)p->height * 4 * sizeof(float);
     shd_stored *thing;
-    shd_status status = check_room(request, bytes, error);
+    shd_status status = shd_request_room_for(request, "picture", bytes, error);
     if (status == SHD_OK)
         status = shd_stored_new(store, SHD_THING_TEXELS, key, bytes, &thing, error);
     if (status != SHD_OK) return status;
@@ -207,7 +209,7 @@ static shd_status find_picture(shd_request *request, const shd_asset *asset,
     if (status != SHD_OK) return status;
     shd_stored *thing = shd_store_find(store, SHD_THING_TEXELS, &key);
     if (thing) {
-        status = check_room(request, shd_stored_size(thing), error);
+        status = shd_request_room_for(request, "picture", shd_stored_size(thing), error);
         if (status != SHD_OK) shd_stored_drop(thing);
     } else {
         status = make_picture(request, asset, &key, transform, &thing, error);
@@ -224,15 +226,22 @@ static shd_status find_picture(shd_request *request, const shd_asset *asset,
     return SHD_OK;
 }
 
+shd_status shd_request_texels_of(shd_request *request, const shd_asset *asset,
+                                 const shd_picture_wish *wish, const shd_texels **out,
+                                 shd_error *error) {
+    shd_stored *thing;
+    const shd_status status = find_picture(request, asset, wish, &thing, error);
+    if (status == SHD_OK) *out = picture_of(thing);
+    return status;
+}
+
 shd_status shd_request_texels(shd_request *request, const shd_picture_wish *wish,
                               const shd_texels **out, shd_error *error) {
     shd_asset asset;
-    shd_stored *thing;
     shd_status status = shd_asset_open(request, wish->name, &asset, error);
     if (status != SHD_OK) return status;
-    status = find_picture(request, &asset, wish, &thing, error);
+    status = shd_request_texels_of(request, &asset, wish, out, error);
     shd_stored_drop(asset.thing);
-    if (status == SHD_OK) *out = picture_of(thing);
     return status;
 }
 
@@ -263,7 +272,7 @@ shd_status shd_request_pyramid(shd_request *request, const shd_texels *texels,
     shd_held_picture *held = find_held(request, &texels->key);
     shd_status status = SHD_OK;
     if (!held->pyramid) {
-        status = check_room(request, shd_pyramid_size(texels), error);
+        status = shd_request_room_for(request, "picture", shd_pyramid_size(texels), error);
         if (status != SHD_OK) return status;
         shd_pyramid *pyramid = shd_arena_alloc(request->rendering.arena, 1, sizeof *pyramid);
         if (!pyramid) return shd_rendering_full(&request->rendering, "picture", error);

@@ -26,6 +26,16 @@
 shd_status shd_request_texels(shd_request *request, const shd_picture_wish *wish,
                               const shd_texels **out, shd_error *error);
 
+/* The same of an asset that its caller has opened. */
+struct shd_asset;
+shd_status shd_request_texels_of(shd_request *request, const struct shd_asset *asset,
+                                 const shd_picture_wish *wish, const shd_texels **out,
+                                 shd_error *error);
+
+/* Whether the request may have so many bytes more, by its limit `memory`. `what`: "picture". */
+shd_status shd_request_room_for(const shd_request *request, const char *what, uint64_t bytes,
+                                shd_error *error);
+
 /* The pyramid of texels that shd_request_texels gave to this request, made and kept as these are.
  * The request holds it, too. Statuses are the same. */
 shd_status shd_request_pyramid(shd_request *request, const shd_texels *texels,

@@ -72,6 +72,12 @@ def operations():
 
 
 class DocumentTest(unittest.TestCase):
+    def test_names_are_strings(self):
+        """YAML reads some words as booleans, and numbers as numbers."""
+        for place, value in walk(DOCUMENT):
+            if isinstance(value, dict):
+                self.assertEqual([name for name in value if not isinstance(name, str)], [], place)
+
     def test_it_has_the_members_of_openapi_3_1(self):
         self.assertRegex(DOCUMENT["openapi"], r"^3\.1\.\d+$")
         self.assertLessEqual({"title", "version"}, set(DOCUMENT["info"]))

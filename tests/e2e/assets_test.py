@@ -280,6 +280,17 @@ class FolderTest(Test):
             daemon.signal(signal.SIGHUP)
             wait_until(lambda: len(daemon.events("reloaded")) == 2)
             self.assertNotEqual(daemon.render(around("room.png")).headers["ETag"], named.headers["ETag"])
+        (assets / "large.png").write_bytes(blank(400, 300, 300))
+        (assets / "square.png").write_bytes(blank(300, 300, 300))
+        (assets / "sha256-x.png").write_bytes(OPAQUE)
+        with Daemon("--assets", str(assets), "--max-memory", "3M") as daemon:
+            two = textured("large.png")
+            two["objects"] += textured("large.png", space="ACEScg")["objects"]
+            told = self.problem(daemon.post("/v1/render", two), 422, "limit", "memory")
+            self.assertEqual([error["pointer"] for error in told["errors"]], ["/objects/1/material/diffuse/texture"])
+            self.problem(daemon.post("/v1/render", around("square.png")), 422, "scene", "/lights/0/map", "300 by 300 pixels")
+            told = self.problem(daemon.post("/v1/render", textured("sha256.png")), 422, "scene")
+            self.assertNotIn("sha256-x", json.dumps(told))
         done = subprocess.run([BUILD / "shaded", "--listen", "127.0.0.1:0", "--admin", "off", "--assets",
                                self.folder / "none"], capture_output=True, check=False, env=environment())
         self.assertEqual(done.returncode, 1)

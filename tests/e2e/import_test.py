@@ -337,6 +337,16 @@ class Textures(Case):
         self.assertEqual(scene["materials"]["wood"]["fresnel"]["f0"], [0.52] * 3)
         self.assertEqual(self.shade("check", "scene.json").returncode, 0)
 
+    def test_black_is_a_color(self):
+        red, black = picture([[255, 0, 0]] * 2), picture([[0, 0, 0]] * 2)
+        dull = {"name": "wood", "emissiveFactor": [1, 1, 1], "emissiveTexture": {"index": 1},
+                "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0}}
+        scene, _ = self.load("model.gltf", textured(dull, images=[red, black]))
+        self.assertEqual(scene["materials"]["wood"]["ambient"], [1, 0, 0])
+        self.assertEqual(scene["materials"]["wood"].get("emissive", 0), 0)
+        metal = {"name": "wood", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+        scene, _ = self.load("model.gltf", textured(metal, images=[red, black]), "--assets", "assets")
+        self.assertEqual(scene["materials"]["wood"]["fresnel"]["f0"], [1, 0, 0])
 
     def kept(self, coefficient):
         """What a coefficient's picture is in the folder."""
