@@ -295,10 +295,6 @@ shd_mesh *shd_make_mesh(shd_reader *r, const shd_node *node, const shd_mesh_sour
 const shd_mesh *shd_read_mesh(shd_reader *r, const shd_node *node, const shd_mesh_source *source,
                               shd_mesh **own);
 
-/* Reads a picture of what is no color: {texture, channel, uv}. False: an error, or it is not kept.
- */
-bool shd_read_picture(shd_reader *r, const shd_node *node, shd_pattern *out);
-
 /* Reports an object that its material's patterns cannot be on. `node` is the object. */
 void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *object);
 

@@ -101,7 +101,7 @@ static bool read_members(shd_reader *r, const shd_node *node, int kind, raw_patt
         {"colors", read_colors, .offset = offsetof(raw_pattern, colors), .kinds = PATTERNS,
          .required = true},
         {"tint", shd_read_color, .offset = offsetof(raw_pattern, tint), .kinds = COLORS},
-        {"space", shd_read_space, .offset = offsetof(raw_pattern, space), .kinds = COLORS},
+        {"space", shd_read_space, .offset = offsetof(raw_pattern, space), .kinds = PICTURES},
         {"channel", shd_read_choice, offsetof(raw_pattern, channel), PICTURES, .choices = channels},
         {"uv", read_uv, .offset = offsetof(raw_pattern, uv)},
         {"width", shd_read_number, offsetof(raw_pattern, width), 1u << SHD_GRID, .range = &width},
@@ -156,8 +156,9 @@ static bool take_picture(shd_reader *r, const shd_node *node, bool is_color, raw
                          shd_pattern *out) {
     const shd_space_info *working = r->scene->working_space;
     if (!read_members(r, node, is_color ? SHD_PICTURE : PLAIN_PICTURE, raw)) return false;
-    if (!raw->name || (is_color && !working)) return false; /* which has been told */
-    const shd_picture_wish wish = {raw->name, raw->space, is_color ? working : NULL};
+    const bool converts = is_color || raw->space;
+    if (!raw->name || (converts && !working)) return false; /* which has been told */
+    const shd_picture_wish wish = {raw->name, raw->space, converts ? working : NULL};
     const shd_pyramid *picture = find_picture(r, node, &wish);
     *out = pattern_of(raw);
     out->picture = picture;
@@ -165,11 +166,6 @@ static bool take_picture(shd_reader *r, const shd_node *node, bool is_color, raw
     const bool all = raw->channel == SHD_ALL_CHANNELS && picture && picture->grey;
     out->channel = all ? 0 : raw->channel;
     return picture;
-}
-
-bool shd_read_picture(shd_reader *r, const shd_node *node, shd_pattern *out) {
-    raw_pattern raw;
-    return take_picture(r, node, false, &raw, out);
 }
 
 /* ---- Coefficients ---- */

@@ -169,6 +169,18 @@ class AssetsTest(Test):
                             ("sha256-" + 64 * "A", "in lower case")):
             self.problem(self.daemon.post("/v1/render", around(name)), 422, "scene", "/lights/0/map", words)
 
+    def test_opacities_are_numbers_or_colors_of_a_space(self):
+        grey = file_of(np.full((2, 2), 188, np.uint8))
+        self.put(self.daemon, grey)
+
+        def seen(opacity):
+            scene = {**SMALL, "trace": {"depth": 1}, "objects": [{"type": "sphere", "material": {"opacity": opacity}}]}
+            answer = self.daemon.render(scene)
+            return np.array(Image.open(io.BytesIO(answer.body)).convert("RGB"), int)
+
+        for members, value in (({}, 188 / 255), ({"space": "sRGB"}, ((188 / 255 + 0.055) / 1.055) ** 2.4)):
+            np.testing.assert_allclose(seen({"texture": name_of(grey), **members}), seen(value), atol=1)
+
     def test_what_is_no_picture_is_refused(self):
         self.problem(self.put(self.daemon, OPAQUE, digest="0" * 64), 422, "asset", digest_of(OPAQUE))
         self.problem(self.put(self.daemon, OPAQUE, digest="A" * 64), 404, "not-found")
