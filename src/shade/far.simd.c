@@ -166,10 +166,12 @@ static void look_at_lights(const shd_bunches *bunches, const shd_far_patch *patc
         load_rows(bunches, which + first, some, &r);
         look_at_lanes(patch, &r, &l);
         for (size_t i = 0; i < some; i++) {
-            double most = 0, shown = 0, rest = 0;
+            /* Infinite is not to be multiplied: 0 times that is not a number. */
+            const bool known = l.rest[i] < INFINITY;
+            double most = 0, shown = 0, rest = known ? 0 : INFINITY;
             for (int c = 0; c < 3; c++) {
                 const double color = bunches->rows[8 + c][which[first + i]];
-                double left = patch->diffuse[c] * l.rest[i];
+                double left = known ? patch->diffuse[c] * l.rest[i] : 0;
                 for (size_t k = 0; k < patch->lobe_count; k++)
                     left += patch->specular[k][c] * l.power[k][i];
                 most = greater(most, color);

@@ -98,6 +98,7 @@ void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
     const int count = (int)decades(random, 100, 350), one = one_of(random, 6);
     const double far = decades(random, 4, 200), bright = decades(random, 0.3, 3);
     const bool grey = one_of(random, 2), aside = one_of(random, 3) == 0;
+    const int pure = one_of(random, 6); /* a component of colors that is 0, or none */
     for (int i = 0; i < count; i++) {
         const int fall = one < 5 ? one : one_of(random, 5);
         const double away =
@@ -118,8 +119,10 @@ void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
             put_vector(out, "direction", scaled_by(at, -1));
             fputs(", ", out);
         }
-        if (!grey) put_color(out, "color", random, 1);
-        if (!grey) fputs(", ", out);
+        if (!grey && pure < 3 && one_of(random, 2))
+            fprintf(out, "\"color\": [%d, %d, %d], ", pure != 2, pure != 0, pure != 1);
+        else if (!grey)
+            put_color(out, "color", random, 1), fputs(", ", out);
         if (one_of(random, 30) == 0) fprintf(out, "\"minDistance\": %.17g, ", sqrt(squared));
         put_vector(out, "position", at);
         fputs("}", out);
@@ -130,13 +133,17 @@ void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
         fprintf(out, "{\"type\": \"%s\", ", one_of(random, 2) ? "plane" : "disc");
     else
         fputs("{", out), put_shape(out, random, 1);
-    if (one_of(random, 3))
+    if (one_of(random, 3)) {
+        const double dull = between(random, 0.1, 1);
         fprintf(out,
-                "\"material\": {\"diffuse\": %.17g, \"specular\": %.17g, \"shininess\": %.17g}",
-                between(random, 0.1, 1), one_of(random, 2) ? between(random, 0, 0.5) : 0,
-                decades(random, 1, 1000));
-    else
+                "\"material\": {\"diffuse\": [%.17g, %.17g, %.17g], \"specular\": %.17g, "
+                "\"shininess\": "
+                "%.17g}",
+                pure == 0 ? 0 : dull, pure == 1 ? 0 : dull, pure == 2 ? 0 : dull,
+                one_of(random, 2) ? between(random, 0, 0.5) : 0, decades(random, 1, 1000));
+    } else {
         put_material(out, random, 1, 300);
+    }
     if (flat)
         fprintf(out, ", \"transform\": {\"rotate\": [%.17g, 0, 0]}}",
                 one_of(random, 2) ? 90 : between(random, 50, 130));

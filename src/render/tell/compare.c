@@ -102,9 +102,9 @@ static json_t *tell_tier(const shd_rendering *r, const shd_difference *differenc
     if (plan->scene->trace.shadows)
         json_object_set_new(seconds, "shadow", json_real(times->shadow));
     if (plan->scene->trace.depth) json_object_set_new(seconds, "trace", json_real(times->trace));
-    return json_pack("{ss ss so so so so}", "tier", shd_plan_tier_name(plan), "plan", plan->summary,
-                     "bound", shd_tell_bound(&plan->bound), "boundSeen", shd_tell_bound(&seen),
-                     "seconds", seconds, "error", tell_error(difference));
+    return json_pack("{ss ss so so so so}", "tier", shd_asked_tier(&plan->scene->accuracy), "plan",
+                     plan->summary, "bound", shd_tell_bound(&plan->bound), "boundSeen",
+                     shd_tell_bound(&seen), "seconds", seconds, "error", tell_error(difference));
 }
 
 /* Takes the references to `tiers` and `spectral`. */

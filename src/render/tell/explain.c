@@ -406,7 +406,7 @@ static shd_status add_tier(shd_rendering *r, const shd_scene *scene, shd_accurac
     const shd_status status = shd_rendering_plan_for(r, &asking, e->shown, &plan, error);
     if (status != SHD_OK) return status;
     e->tiers[e->tier_count++] =
-        (shd_told_tier){shd_plan_tier_name(plan), plan->bound, cost_of(plan, e->codes)};
+        (shd_told_tier){shd_asked_tier(&accuracy), plan->bound, cost_of(plan, e->codes)};
     return SHD_OK;
 }
 
