@@ -4,7 +4,7 @@ import { after, before, test } from "node:test";
 
 import { Daemon } from "./daemon.mjs";
 import { fc, holds } from "./packages.mjs";
-import { keepMesh, sceneArbitrary } from "./scenes.mjs";
+import { keepMesh, keepPicture, sceneArbitrary } from "./scenes.mjs";
 
 // One renders everything anew, one has what earlier requests left.
 let daemon, keeping, scenes;
@@ -14,6 +14,7 @@ before(async () => {
     keeping = await Daemon.start();
     scenes = await sceneArbitrary(daemon);
     await keepMesh(keeping);
+    await keepPicture(keeping);
 });
 after(async () => {
     await daemon.stop();

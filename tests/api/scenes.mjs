@@ -15,7 +15,7 @@ export async function keepMesh(daemon) {
 }
 
 // The same for a picture.
-async function keepPicture(daemon) {
+export async function keepPicture(daemon) {
     const scene = { objects: [{ type: "sphere" }], image: { width: 6, height: 5 } };
     const picture = (await daemon.post("/v1/render", scene)).body;
     const digest = createHash("sha256").update(picture).digest("hex");
