@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "assets/decoder.h"
-#include "render/pictures.h"
 #include "scene/json.h"
 
 /* What stands before the samples of a thing of the store. */

@@ -24,15 +24,11 @@ static const shd_surroundings *map_of(const shd_stored *thing) {
     return &((const kept_map *)shd_stored_bytes(thing))->map;
 }
 
-uint64_t shd_request_map_bytes(const shd_request *request) {
-    uint64_t bytes = 0;
-    for (const shd_held_map *h = request->held_maps; h; h = h->next)
-        bytes += shd_stored_size(h->thing);
-    return bytes;
-}
-
 void shd_request_drop_maps(shd_request *request) {
-    for (shd_held_map *h = request->held_maps; h; h = h->next) shd_stored_drop(h->thing);
+    for (shd_held_map *h = request->held_maps; h; h = h->next) {
+        request->held_bytes -= shd_stored_size(h->thing);
+        shd_stored_drop(h->thing);
+    }
     request->held_maps = NULL;
 }
 
@@ -166,6 +162,7 @@ shd_status shd_request_map(shd_request *request, const char *name, const shd_spa
     }
     *held = (shd_held_map){request->held_maps, digest, thing};
     request->held_maps = held;
+    request->held_bytes += shd_stored_size(thing);
     *out = map_of(thing);
     return SHD_OK;
 }

@@ -15,8 +15,5 @@
 shd_status shd_request_map(shd_request *request, const char *name, const shd_space_info *working,
                            int rows, const shd_surroundings **out, shd_error *error);
 
-/* Bytes that the request's maps take, as its limit `memory` counts them. */
-uint64_t shd_request_map_bytes(const shd_request *request);
-
 /* Drops all of them. */
 void shd_request_drop_maps(shd_request *request);

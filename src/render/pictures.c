@@ -6,7 +6,6 @@
 #include <string.h>
 
 #include "render/assets.h"
-#include "render/maps.h"
 
 enum { BLOCK = 1024 };
 
@@ -127,17 +126,16 @@ static shd_held_picture *find_held(const shd_request *request, const shd_digest 
     return held;
 }
 
-uint64_t shd_request_texel_bytes(const shd_request *request) {
-    uint64_t bytes = 0;
-    for (const shd_held_picture *h = request->held_pictures; h; h = h->next)
-        bytes += shd_stored_size(h->thing) + (h->levels ? shd_stored_size(h->levels) : 0);
-    return bytes;
+static void drop_held(shd_request *request, shd_stored *thing) {
+    if (!thing) return;
+    request->held_bytes -= shd_stored_size(thing);
+    shd_stored_drop(thing);
 }
 
 void shd_request_drop_pictures(shd_request *request) {
     for (shd_held_picture *h = request->held_pictures; h; h = h->next) {
-        shd_stored_drop(h->thing);
-        shd_stored_drop(h->levels);
+        drop_held(request, h->thing);
+        drop_held(request, h->levels);
     }
     request->held_pictures = NULL;
 }
@@ -145,18 +143,8 @@ void shd_request_drop_pictures(shd_request *request) {
 void shd_request_forget_texels(shd_request *request) {
     shd_held_picture *last = request->held_pictures;
     request->held_pictures = last->next;
-    shd_stored_drop(last->thing);
-}
-
-shd_status shd_request_room_for(const shd_request *request, const char *what, uint64_t bytes,
-                                shd_error *error) {
-    const uint64_t limit = request->limits.memory, used = shd_arena_used(request->rendering.arena) +
-                                                          shd_request_texel_bytes(request) +
-                                                          shd_request_map_bytes(request);
-    if (used <= limit && bytes <= limit - used) return SHD_OK;
-    shd_fail(error, SHD_LIMIT, "", "the %s takes %llu bytes; the limit `memory` is %llu", what,
-             (unsigned long long)bytes, (unsigned long long)limit);
-    return shd_fail_limit(error, SHD_LIMIT_MEMORY);
+    drop_held(request, last->thing);
+    drop_held(request, last->levels);
 }
 
 /* Makes the picture, which the caller drops; it is kept if it fits. */
@@ -222,6 +210,7 @@ static shd_status find_picture(shd_request *request, const shd_asset *asset,
     }
     *held = (shd_held_picture){.next = request->held_pictures, .thing = thing};
     request->held_pictures = held;
+    request->held_bytes += shd_stored_size(thing);
     *out = thing;
     return SHD_OK;
 }
@@ -279,6 +268,7 @@ shd_status shd_request_pyramid(shd_request *request, const shd_texels *texels,
         held->levels = shd_store_find(store, SHD_THING_LEVELS, &texels->key);
         if (!held->levels) status = make_levels(request, texels, &held->levels, error);
         if (status != SHD_OK) return status;
+        request->held_bytes += shd_stored_size(held->levels);
         shd_pyramid_open(texels, shd_stored_bytes(held->levels), pyramid);
         held->pyramid = pyramid;
     }

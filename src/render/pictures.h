@@ -32,10 +32,6 @@ shd_status shd_request_texels_of(shd_request *request, const struct shd_asset *a
                                  const shd_picture_wish *wish, const shd_texels **out,
                                  shd_error *error);
 
-/* Whether the request may have so many bytes more, by its limit `memory`. `what`: "picture". */
-shd_status shd_request_room_for(const shd_request *request, const char *what, uint64_t bytes,
-                                shd_error *error);
-
 /* The pyramid of texels that shd_request_texels gave to this request, made and kept as these are.
  * The request holds it, too. Statuses are the same. */
 shd_status shd_request_pyramid(shd_request *request, const shd_texels *texels,
@@ -47,8 +43,6 @@ shd_status shd_wished_texels(void *request, const shd_picture_wish *wish, const 
                              shd_error *error);
 shd_status shd_wished_pyramid(void *request, const shd_texels *texels, const shd_pyramid **out,
                               shd_error *error);
+
 /* Lets go of the picture that the request has taken last. */
 void shd_request_forget_texels(shd_request *request);
-
-/* Bytes that the request's pictures take, as its limit `memory` counts them. */
-uint64_t shd_request_texel_bytes(const shd_request *request);

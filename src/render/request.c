@@ -154,7 +154,7 @@ static shd_status check_memory(shd_request *request) {
     uint64_t needed = shd_arena_used(request->rendering.arena);
     for (const shd_held_mesh *m = request->held; m; m = m->next)
         needed += shd_stored_size(m->stored);
-    needed += shd_request_texel_bytes(request) + shd_request_map_bytes(request);
+    needed += request->held_bytes;
     needed += shd_glow_needs_of(request->scene).bytes;
     if (__builtin_add_overflow(shd_estimate_memory(request->scene), needed, &needed))
         needed = UINT64_MAX;

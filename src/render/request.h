@@ -30,6 +30,7 @@ struct shd_request {
     struct shd_pair *pair;           /* NULL: it is of one scene; in the arena */
     shd_held_mesh *held;
     shd_held_picture *held_pictures;
+    uint64_t held_bytes;       /* of pictures and maps, as the limit `memory` counts them */
     struct shd_wished *wished; /* pictures that the scene names */
     shd_held_map *held_maps;
     struct shd_held_table *tables;
@@ -59,6 +60,10 @@ shd_status shd_request_keep_made(shd_request *request, const shd_mesh *mesh,
 /* For reading the request's scene: meshes of the engine's store, pictures, and maps of these, which
  * it then holds. */
 shd_shelf shd_shelf_of(shd_request *request);
+
+/* Whether the request may have so many bytes more, by its limit `memory`. `what`: "picture". */
+shd_status shd_request_room_for(const shd_request *request, const char *what, uint64_t bytes,
+                                shd_error *error);
 
 /* Ends its hold of pictures. */
 void shd_request_drop_pictures(shd_request *request);
