@@ -297,7 +297,7 @@ static int find_many(const shd_sight *sight, const shd_targets *targets, shd_bat
 
 int SHD_VARIANT(shd_find_nearest)(const shd_sight *sight, const shd_targets *targets, shd_batch *b,
                                   shd_stage *out, int *holder) {
-    enum { FEW = 4 };
+    enum { FEW = 12 };
     *holder = SHD_NOTHING;
     SHD_VARIANT(shd_set_cosines)(sight, b);
     SHD_EACH_LANE(i) {
