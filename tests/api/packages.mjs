@@ -14,6 +14,17 @@ const times = Number(process.env.FC_RUNS || 1);
 console.log(`FC_SEED=${seed} FC_RUNS=${times}`);
 
 export async function holds(runs, arbitrary, predicate) {
-    await fc.assert(fc.asyncProperty(arbitrary, predicate),
+    let told = false;
+    // Smaller values may take longer to find than the test may.
+    const tell = async value => {
+        try {
+            await predicate(value);
+        } catch (error) {
+            if (!told) console.log("first failure:", JSON.stringify(value), error.message);
+            told = true;
+            throw error;
+        }
+    };
+    await fc.assert(fc.asyncProperty(arbitrary, tell),
                     { seed, numRuns: Math.ceil(runs * times), verbose: 0 });
 }

@@ -147,8 +147,9 @@ static void at_turn(void *context, double turn, double out[3]) {
     memcpy(out, sum.value, sizeof sum.value);
 }
 
-/* Points that an integral may take: some 50 ms of the slowest model. */
-enum { POINTS_MOST = 200000 };
+/* Points that an integral may take: some 50 ms of the slowest formula. The table of a simulation is
+ * off by more than any quadrature of it. */
+enum { POINTS_MOST = 200000, SIMULATED_MOST = 10000 };
 
 static shd_integral integrate_term(term_job *job, double tolerance) {
     const double quarter = SHD_PI / 2;
@@ -161,7 +162,7 @@ static shd_integral integrate_term(term_job *job, double tolerance) {
     /* Where delta is 45 degrees: see add_bends. */
     if (job->kind == OVER_HALVES && half && tan(job->polar) > 1)
         add_end(ends, &count, acos(1 / tan(job->polar)));
-    job->left = POINTS_MOST;
+    job->left = half ? POINTS_MOST : SIMULATED_MOST;
     job->tolerance = tolerance / 20;
     const shd_quadrature outer = {at_turn, job, tolerance, &job->left};
     shd_integral sum;
