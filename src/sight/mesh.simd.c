@@ -9,8 +9,7 @@
  * them, so that an edge's two triangles get opposite values. Rounding cannot give a value of the
  * wrong sign, but only 0, which counts for either side. Depths are weighted means of the corners'
  * depths, so that a triangle that is seen from its edge is met no farther than it reaches. */
-#include "sight/mesh_bundle_simd.h"
-#include "sight/tree.h"
+#include "sight/mesh_thin_simd.h"
 
 /* ---- Triangles. ---- */
 
@@ -182,9 +181,10 @@ static unsigned rows_within(const bundle *k, edges *three) {
     return within;
 }
 
+/* Tries the groups. If they are all, it is first asked which ones of them may meet the triangle. */
 SHD_INLINE bool try_corners(bundle *k, const shd_leaf *leaf, const shd_seen_vertex *a,
-                            const shd_seen_vertex *b, const shd_seen_vertex *c) {
-    unsigned groups = (1u << GROUPS) - 1;
+                            const shd_seen_vertex *b, const shd_seen_vertex *c, unsigned groups) {
+    const bool known = groups != ALL_GROUPS;
     if (least_of_three(a->depth, b->depth, c->depth) > k->reach) return false;
     if (least_of_three(a->w, b->w, c->w) > 0) {
         const area there = {least_of_three(a->p, b->p, c->p), most_of_three(a->p, b->p, c->p),
@@ -192,9 +192,9 @@ SHD_INLINE bool try_corners(bundle *k, const shd_leaf *leaf, const shd_seen_vert
         if (there.left > k->all.right || there.right < k->all.left || there.bottom > k->all.top ||
             there.top < k->all.bottom)
             return false;
-        groups = groups_in(k, there);
+        groups &= groups_in(k, there);
     }
-    if (groups & (groups - 1)) {
+    if (!known && groups & (groups - 1)) {
         edges three = edges_of(k, a, b, c);
         groups &= k->rows ? rows_within(k, &three) : groups_within(k, &three);
     }
@@ -210,10 +210,40 @@ SHD_INLINE bool try_corners(bundle *k, const shd_leaf *leaf, const shd_seen_vert
 static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *leaf) {
     const uint32_t *corner = leaf->corner;
     const shd_seen_vertex *seen = view->vertices;
-    if (seen) return try_corners(k, leaf, &seen[corner[0]], &seen[corner[1]], &seen[corner[2]]);
+    if (seen)
+        return try_corners(k, leaf, &seen[corner[0]], &seen[corner[1]], &seen[corner[2]],
+                           ALL_GROUPS);
     const shd_seen_vertex a = shd_see_vertex(view, corner[0]), b = shd_see_vertex(view, corner[1]),
                           c = shd_see_vertex(view, corner[2]);
-    return try_corners(k, leaf, &a, &b, &c);
+    return try_corners(k, leaf, &a, &b, &c, ALL_GROUPS);
+}
+
+/* The same of `count` triangles that lie alike, if groups are rows. */
+static bool try_thin(bundle *k, const shd_mesh_view *view, const shd_leaf *leaves, unsigned count) {
+    const shd_seen_vertex *seen = view->vertices;
+    unsigned rows[LANES];
+    bool any = false;
+    for (unsigned first = 0; first < count; first += LANES) {
+        const unsigned left = count - first, used = left < LANES ? left : LANES;
+        find_thin_rows(k, view, leaves + first, used, rows);
+        for (unsigned i = 0; i < used; i++) {
+            const shd_leaf *leaf = &leaves[first + i];
+            const uint32_t *corner = leaf->corner;
+            if (rows[i])
+                any = try_corners(k, leaf, &seen[corner[0]], &seen[corner[1]], &seen[corner[2]],
+                                  rows[i]) ||
+                      any;
+        }
+    }
+    return any;
+}
+
+static bool try_leaves(bundle *k, const shd_mesh_view *view, const shd_branch *b) {
+    const shd_leaf *leaves = view->tree->leaves + b->first;
+    if (b->turn && k->rows && view->vertices) return try_thin(k, view, leaves, b->count);
+    bool any = false;
+    for (uint32_t i = 0; i < b->count; i++) any = try_triangle(k, view, &leaves[i]) || any;
+    return any;
 }
 
 /* ---- The tree. ---- */
@@ -318,9 +348,7 @@ static bool walk_tree(bundle *k, const shd_mesh_view *view) {
         const shd_branch *now = &branches[at];
         if (shd_is_cancelled_at(view->cancelled, ++steps)) return met;
         if (now->count) {
-            bool any = false;
-            for (uint32_t i = now->first; i < now->first + now->count; i++)
-                any = try_triangle(k, view, &view->tree->leaves[i]) || any;
+            const bool any = try_leaves(k, view, now);
             if (any) update_reach(k);
             met = met || any;
         } else {
