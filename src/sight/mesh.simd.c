@@ -265,22 +265,16 @@ static shd_vec3 seen_along(const shd_mesh_view *view, shd_vec3 v) {
 static bool is_beside(const bundle *k, const shd_mesh_view *view, const shd_branch *b,
                       double depth) {
     const shd_vec3 *axis = view->tree->turns[b->turn].axis, *seen = k->seen;
-    shd_vec3 middle = shd_scale(view->eye, -1), half[3];
-    double size = 0;
-    for (int c = 0; c < 3; c++) {
-        middle = shd_madd(middle, axis[c], 0.5 * (b->low[c] + b->high[c]));
-        half[c] = shd_scale(seen[c], 0.5 * (b->high[c] - b->low[c]));
-        size = shd_larger(size, shd_max_abs(view->rows[c]));
-    }
+    const double size = k->size, sizes = k->sizes, error = k->error;
     const bool orthographic = view->orthographic;
+    shd_vec3 middle = shd_scale(view->eye, -1);
+    for (int c = 0; c < 3; c++) middle = shd_madd(middle, axis[c], 0.5 * (b->low[c] + b->high[c]));
     const shd_vec3 at = seen_along(view, middle), ray = {0, 0, 1},
                    n = shd_cross(seen[0], orthographic ? ray : at);
-    const double p = 0.5 * (k->all.left + k->all.right), q = 0.5 * (k->all.bottom + k->all.top),
-                 spread = fabs(n.x) * 0.5 * (k->all.right - k->all.left) +
-                          fabs(n.y) * 0.5 * (k->all.top - k->all.bottom),
-                 reach = fabs(shd_dot(n, half[1])) + fabs(shd_dot(n, half[2])),
-                 sizes = size * (3 + 3 * shd_max_abs(view->eye)),
-                 error = 100 * ROUNDING * sizes * (1 + k->most[0] + k->most[1]);
+    const double p = k->p_middle, q = k->q_middle,
+                 spread = fabs(n.x) * k->p_half + fabs(n.y) * k->q_half,
+                 reach = fabs(shd_dot(n, seen[1])) * (0.5 * (b->high[1] - b->low[1])) +
+                         fabs(shd_dot(n, seen[2])) * (0.5 * (b->high[2] - b->low[2]));
     if (orthographic)
         return fabs(n.x * (p - at.x) + n.y * (q - at.y)) > spread + reach + error * (size + sizes);
     if (!(depth > 1e-6 * sizes)) return false;
@@ -290,14 +284,23 @@ static bool is_beside(const bundle *k, const shd_mesh_view *view, const shd_bran
 /* Sets what is wanted of a turn. Children mostly have their parents'. */
 static void turn_functions(bundle *k, const shd_mesh_view *view, uint16_t turn) {
     const shd_vec3 *axis = view->tree->turns[turn].axis;
+    double size = 0;
     for (int c = 0; c < 3; c++) {
         for (int s = 0; s < SIDES; s += SHD_W / 2)
             shd_vd_store(k->along[c] + s,
                          slopes_along(axis[c], shd_vd_load(k->x + s), shd_vd_load(k->y + s),
                                       shd_vd_load(k->z + s)));
         k->seen[c] = seen_along(view, axis[c]);
+        size = shd_larger(size, shd_max_abs(view->rows[c]));
     }
     k->turn = turn;
+    k->size = size;
+    k->sizes = size * (3 + 3 * shd_max_abs(view->eye));
+    k->error = 100 * ROUNDING * k->sizes * (1 + k->most[0] + k->most[1]);
+    k->p_middle = 0.5 * (k->all.left + k->all.right);
+    k->q_middle = 0.5 * (k->all.bottom + k->all.top);
+    k->p_half = 0.5 * (k->all.right - k->all.left);
+    k->q_half = 0.5 * (k->all.top - k->all.bottom);
 }
 
 /* Whether any ray may meet the box, and from which depth on. What turning rounds is a small part of
