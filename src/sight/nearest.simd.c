@@ -162,7 +162,9 @@ static int find_few(const shd_sight *sight, const shd_targets *targets, shd_batc
         const shd_item *it = &sight->items[targets->objects[k]];
         const double object = targets->objects[k];
         if (it->shape == SHD_MESH) {
-            if (!SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, INFINITY, &met) ||
+            const double limit = some ? SHD_VARIANT(shd_end_of)(b, out) : INFINITY;
+            if (it->nearest > limit ||
+                !SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, limit, &met) ||
                 !(some ? keep_nearer(sight, object, b, met.t, met.triangle, out)
                        : keep_first(object, met.t, out)))
                 continue;
