@@ -216,11 +216,35 @@ static unsigned vectors_of(const double *restrict objects, double object) {
     return vectors;
 }
 
+/* One of the balls that were hit, if they are so many, alike and alone that it is worthwhile to
+ * show them all at once; else NULL. */
+static const shd_item *one_of_balls(const shd_sight *sight, const double *objects, wants want) {
+    enum { MANY = 3 };
+    SHD_ALIGNED double left[SHD_RAYS];
+    const shd_item *one = NULL;
+    int different = 0;
+    memcpy(left, objects, sizeof left);
+    for (int i = 0; i < SHD_RAYS; i++) {
+        if (left[i] == SHD_NOTHING) continue;
+        const shd_item *it = &sight->items[(int)left[i]];
+        if (!is_quick(it, want) || (one && it->far != one->far)) return NULL;
+        one = it;
+        shd_take_lanes(left, left[i]);
+        different++;
+    }
+    return different >= MANY ? one : NULL;
+}
+
 /* Every object that some lane hit, in turn. */
 static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder, size_t hits,
                       wants want, shd_stage *out) {
     SHD_ALIGNED double left[SHD_RAYS];
     shd_stage part;
+    const shd_item *ball = one_of_balls(sight, out->object, want);
+    if (ball) {
+        SHD_VARIANT(shd_show_balls)(sight, ball, b, out);
+        return;
+    }
     memcpy(left, out->object, sizeof left);
     for (int i = 0, shown = 0; shown < (int)hits; i++) {
         const double object = left[i];
