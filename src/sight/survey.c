@@ -248,7 +248,7 @@ bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
     const range all = {-INFINITY, INFINITY}, none = {INFINITY, -INFINITY};
     for (size_t i = 0; i < count; i++) {
         shd_item *it = &sight->items[i];
-        seen[i] = (sighting){.p = all, .q = all};
+        seen[i] = (sighting){.outline.tube = it->shape == SHD_TORUS, .p = all, .q = all};
         if (it->shape == SHD_PLANE)
             outline_plane(sight, it, &seen[i].outline);
         else
@@ -389,9 +389,9 @@ static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ra
 
 /* Whether an object may be seen through a window. */
 static bool may_see_rank(const shd_sight *sight, uint32_t rank, const window *w) {
-    const shd_item *it = &sight->items[sight->order[rank]];
-    return reaches_into(&sight->frames, rank, w) && may_see(&sight->outlines[rank], w) &&
-           (it->shape != SHD_TORUS || may_meet_tube(sight, it, w));
+    const shd_outline *o = &sight->outlines[rank];
+    return reaches_into(&sight->frames, rank, w) && may_see(o, w) &&
+           (!o->tube || may_meet_tube(sight, &sight->items[sight->order[rank]], w));
 }
 
 void shd_survey_further(const shd_sight *sight, shd_survey *s, size_t index) {
