@@ -216,23 +216,22 @@ static unsigned vectors_of(const double *restrict objects, double object) {
     return vectors;
 }
 
-/* One of the balls that were hit, if they are so many, alike and alone that it is worthwhile to
- * show them all at once; else NULL. */
-static const shd_item *one_of_balls(const shd_sight *sight, const double *objects, wants want) {
-    enum { MANY = 3 };
+/* Whether the lanes that are left hit nothing but balls like `it`, and so many that it is
+ * worthwhile to show them all at once. */
+static bool are_many_alike(const shd_sight *sight, const double *lanes, const shd_item *it,
+                           wants want) {
+    enum { MANY = 2 };
     SHD_ALIGNED double left[SHD_RAYS];
-    const shd_item *one = NULL;
     int different = 0;
-    memcpy(left, objects, sizeof left);
+    memcpy(left, lanes, sizeof left);
     for (int i = 0; i < SHD_RAYS; i++) {
         if (left[i] == SHD_NOTHING) continue;
-        const shd_item *it = &sight->items[(int)left[i]];
-        if (!is_quick(it, want) || (one && it->far != one->far)) return NULL;
-        one = it;
+        const shd_item *other = &sight->items[(int)left[i]];
+        if (!is_quick(other, want) || other->far != it->far) return false;
         shd_take_lanes(left, left[i]);
         different++;
     }
-    return different >= MANY ? one : NULL;
+    return different >= MANY;
 }
 
 /* Every object that some lane hit, in turn. */
@@ -240,11 +239,6 @@ static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder
                       wants want, shd_stage *out) {
     SHD_ALIGNED double left[SHD_RAYS];
     shd_stage part;
-    const shd_item *ball = one_of_balls(sight, out->object, want);
-    if (ball) {
-        SHD_VARIANT(shd_show_balls)(sight, ball, b, out);
-        return;
-    }
     memcpy(left, out->object, sizeof left);
     for (int i = 0, shown = 0; shown < (int)hits; i++) {
         const double object = left[i];
@@ -254,6 +248,10 @@ static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder
         const shd_item *it = &sight->items[(int)object];
         shown += (int)mine;
         if (!alone && is_quick(it, want)) {
+            if (shown == (int)mine && are_many_alike(sight, left, it, want)) {
+                SHD_VARIANT(shd_show_balls)(sight, it, b, out);
+                return;
+            }
             const unsigned vectors = vectors_of(out->object, object);
             SHD_VARIANT(shd_show_ball_in)(it, b, vectors, &part);
             take_quick(&part, object, vectors, out);

@@ -218,8 +218,10 @@ static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *l
     return try_corners(k, leaf, &a, &b, &c, ALL_GROUPS);
 }
 
-/* The same of `count` triangles that lie alike, if groups are rows. */
-static bool try_thin(bundle *k, const shd_mesh_view *view, const shd_leaf *leaves, unsigned count) {
+/* The same of `count` triangles that lie alike, if groups are rows. It is apart, or others would
+ * take longer. */
+__attribute__((noinline)) static bool try_thin(bundle *k, const shd_mesh_view *view,
+                                               const shd_leaf *leaves, unsigned count) {
     const shd_seen_vertex *seen = view->vertices;
     unsigned rows[LANES];
     bool any = false;
@@ -238,7 +240,7 @@ static bool try_thin(bundle *k, const shd_mesh_view *view, const shd_leaf *leave
     return any;
 }
 
-static bool try_leaves(bundle *k, const shd_mesh_view *view, const shd_branch *b) {
+SHD_INLINE bool try_leaves(bundle *k, const shd_mesh_view *view, const shd_branch *b) {
     const shd_leaf *leaves = view->tree->leaves + b->first;
     if (b->turn && k->rows && view->vertices) return try_thin(k, view, leaves, b->count);
     bool any = false;
