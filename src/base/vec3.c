@@ -1,5 +1,7 @@
 #include "base/vec3.h"
 
+#include <string.h>
+
 shd_affine shd_compose(const shd_affine *a, const shd_affine *b) {
     shd_affine out;
     for (int r = 0; r < 3; r++)
@@ -29,9 +31,23 @@ static bool scaled_cofactors(const shd_affine *m, double length[3], shd_vec3 cof
     return true;
 }
 
+static const double IDENTITY[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
+/* Most objects are only moved: what is found of these takes thousands of objects no time. To the
+ * bit, so that zeros have the signs that the formulas give. */
+static bool is_identity(const shd_affine *m) {
+    return !memcmp(m->linear, IDENTITY, sizeof IDENTITY);
+}
+
 bool shd_invert(const shd_affine *m, shd_affine *out) {
     double length[3], determinant;
     shd_vec3 cofactor[3];
+    if (is_identity(m) && shd_is_finite(m->origin)) {
+        const shd_vec3 origin = shd_scale(shd_linear(m, m->origin), -1);
+        memcpy(out->linear, IDENTITY, sizeof IDENTITY);
+        out->origin = origin;
+        return true;
+    }
     if (!scaled_cofactors(m, length, cofactor, &determinant)) return false;
     if (!(fabs(determinant) >= 1e-12) || !shd_is_finite(m->origin)) return false;
     shd_affine inverse;
@@ -70,6 +86,7 @@ shd_affine shd_normal_map(const shd_affine *m) {
  * (O. K. Smith, "Eigenvalues of a symmetric 3 x 3 matrix", 1961). */
 double shd_norm(const shd_affine *m) {
     double a[3][3], largest = 0;
+    if (is_identity(m)) return 1 + 1e-7;
     for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++) largest = fmax(largest, fabs(m->linear[r][c]));
     if (!(largest > 0) || !isfinite(largest)) return largest;

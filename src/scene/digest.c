@@ -38,6 +38,19 @@ static void put_numbers(sink *s, const double *values, size_t count) {
     }
 }
 
+/* As put_count puts each. */
+static void put_indices(sink *s, const uint32_t *indices, size_t count) {
+    enum { SOME = 512 };
+    uint64_t wide[SOME];
+    flush_sink(s);
+    for (size_t first = 0; first < count; first += SOME) {
+        const size_t left = count - first, some = left < SOME ? left : SOME;
+        if (shd_is_cancelled(s->cancelled)) return;
+        for (size_t i = 0; i < some; i++) wide[i] = indices[first + i];
+        sha256_update(&s->hash, some * sizeof *wide, (const unsigned char *)wide);
+    }
+}
+
 static void put_vector(sink *s, shd_vec3 v) {
     put_numbers(s, (double[]){v.x, v.y, v.z}, 3);
 }
@@ -191,10 +204,7 @@ static void put_mesh(sink *s, const shd_mesh *mesh, size_t object) {
     }
     put_numbers(s, mesh->positions, 3 * mesh->vertex_count);
     if (mesh->normals) put_numbers(s, mesh->normals, 3 * mesh->vertex_count);
-    for (size_t i = 0; i < 3 * mesh->triangle_count; i++) {
-        if (shd_is_cancelled_at(s->cancelled, i)) return;
-        put_count(s, mesh->indices[i]);
-    }
+    put_indices(s, mesh->indices, 3 * mesh->triangle_count);
 }
 
 static void put_object(sink *s, const shd_object *object, size_t index) {

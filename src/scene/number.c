@@ -1,5 +1,6 @@
 #include "scene/number.h"
 
+#include <endian.h>
 #include <jansson.h>
 #include <stdbool.h>
 #include <string.h>
@@ -28,8 +29,17 @@ static double power_of_two(int exponent) {
     return shd_double_of((uint64_t)(1023 + exponent) << 52);
 }
 
+/* Powers of ten that are doubles. */
+static const double power_of_ten[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
+                                      1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
+                                      1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+
 /* digits * 10^power, with at most 19 digits, not 0, and -POWERS < power < POWERS. */
 static double convert_digits(uint64_t digits, int power) {
+    /* Both are doubles, and their quotient is rounded once (W. D. Clinger, "How to read floating
+     * point numbers accurately", 1990). */
+    if (power <= 0 && power >= -22 && digits <= UINT64_C(1) << 53)
+        return (double)(int64_t)digits / power_of_ten[-power];
     if (power >= 0) return (double)((wide)digits * power_of_five[power]) * power_of_two(power);
     /* The quotient has at least 63 bits. The remainder only tells whether the number lies above the
      * middle of two doubles: if it is not 0, the quotient's last bit is made odd. */
@@ -73,6 +83,55 @@ static bool read_slowly(const char *text, size_t length, double *out) {
     if (number) *out = json_real_value(number);
     json_decref(number);
     return number;
+}
+
+/* Reads the digits from `at` on, up to eight, whose bytes are there. Returns how many there are.
+ * All are told and put together at once: pairs, then fours, then all. */
+static inline int read_eight(const char *at, uint64_t *value) {
+    uint64_t bytes;
+    memcpy(&bytes, at, sizeof bytes);
+    uint64_t x = le64toh(bytes) ^ UINT64_C(0x3030303030303030);
+    /* A byte above 9 sets its highest bit; what it carries only reaches bytes behind it. */
+    const uint64_t others = ((x + UINT64_C(0x7676767676767676)) | x) & UINT64_C(0x8080808080808080);
+    const int count = others ? __builtin_ctzll(others) >> 3 : 8;
+    if (!count) return 0;
+    x <<= 8 * (8 - count);
+    x = (x * 10 + (x >> 8)) & UINT64_C(0x00ff00ff00ff00ff);
+    x = (x * 100 + (x >> 16)) & UINT64_C(0x0000ffff0000ffff);
+    *value = (x * 10000 + (x >> 32)) & UINT64_C(0xffffffff);
+    return count;
+}
+
+const char *shd_number_read_plain(const char *text, const char *end, double *out) {
+    static const uint64_t powers[] = {1,      10,      100,      1000,     10000,
+                                      100000, 1000000, 10000000, 100000000};
+    enum { ROOM = 1 + 8 + 1 + 8 + 8 }; /* bytes that may be looked at */
+    if (end - text < ROOM) return NULL;
+    const bool negative = *text == '-';
+    const char *at = text + negative;
+    uint64_t digits = 0, part = 0;
+    const int whole = read_eight(at, &digits);
+    if (whole == 0 || whole == 8 || (*at == '0' && whole > 1)) return NULL;
+    at += whole;
+    int places = 0;
+    if (*at == '.') {
+        places = read_eight(++at, &part);
+        if (!places) return NULL;
+        digits = digits * powers[places] + part;
+        if (places == 8) {
+            const int more = read_eight(at + 8, &part);
+            if (more == 8 || whole + places + more > DIGITS) return NULL;
+            if (more) digits = digits * powers[more] + part;
+            places += more;
+            if (digits > UINT64_C(1) << 53) return NULL;
+        }
+        at += places;
+    }
+    if ((*at | 0x20) == 'e') return NULL;
+    double value = (double)(int64_t)digits;
+    if (places) value /= power_of_ten[places];
+    *out = negative ? -value : value;
+    return at;
 }
 
 const char *shd_number_read(const char *text, const char *end, double *out) {

@@ -6,7 +6,8 @@
 
 /* ---- In the text ---- */
 
-static const char *skip_space(const char *at, const char *end) {
+static inline const char *skip_space(const char *at, const char *end) {
+    if (at<end && * at> ' ') return at; /* mostly there is none */
     while (at < end && (*at == ' ' || *at == '\t' || *at == '\n' || *at == '\r')) at++;
     return at;
 }
@@ -36,7 +37,9 @@ static const char *read_items(const char *at, const char *end, const atomic_bool
                               double *out, size_t count, const char **rest) {
     for (size_t i = 0; i < count; i++) {
         if (shd_is_cancelled_at(cancelled, i)) return NULL;
-        at = shd_number_read(skip_space(at, end), end, &out[i]);
+        const char *const first = skip_space(at, end);
+        at = shd_number_read_plain(first, end, &out[i]);
+        if (!at) at = shd_number_read(first, end, &out[i]);
         if (!at) return NULL;
         if (i + 1 == SHD_PACK_LEAST) *rest = at;
         at = skip_space(at, end);
@@ -69,15 +72,31 @@ static void write_index(packer *p, size_t index) {
     }
 }
 
+/* The end of an array of numbers that begins at `at`, if `*at` is its bracket then, else where it
+ * has something else or was cancelled. Counts its commas. */
+static const char *find_close(const packer *p, const char *at, size_t *commas) {
+    enum { CHUNK = 240 }; /* bytes, which bytes can count, so that loops vectorize */
+    for (; p->end - at >= CHUNK && !shd_is_cancelled(p->cancelled); at += CHUNK) {
+        uint8_t counted = 0, ends = 0;
+        for (int i = 0; i < CHUNK; i++) {
+            counted += at[i] == ',';
+            ends |= (at[i] == ']') | (at[i] == '"') | (at[i] == '[');
+        }
+        if (ends) break;
+        *commas += counted;
+    }
+    for (; at < p->end && *at != ']' && *at != '"' && *at != '['; at++) {
+        *commas += *at == ',';
+        if (shd_is_cancelled_at(p->cancelled, (size_t)(p->end - at))) break;
+    }
+    return at;
+}
+
 /* Packs the array that begins at `open`. Returns where reading goes on. */
 static const char *pack_array(packer *p, const char *open) {
     shd_packs *packs = p->packs;
     size_t commas = 0;
-    const char *close = open + 1, *rest = open;
-    for (; close < p->end && *close != ']' && *close != '"' && *close != '['; close++) {
-        commas += *close == ',';
-        if (shd_is_cancelled_at(p->cancelled, (size_t)(close - open))) return close;
-    }
+    const char *const close = find_close(p, open + 1, &commas), *rest = open;
     const size_t count = commas + 1;
     if (close == p->end || *close != ']' || count < SHD_PACK_LEAST) return close;
     double *values = shd_arena_alloc(p->arena, count, sizeof *values);

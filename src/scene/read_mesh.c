@@ -79,13 +79,27 @@ static const double *read_numbers(shd_reader *r, const list *l, const char *what
     return out;
 }
 
+/* Reads packed indices up to the first one that is wrong. Returns how many these are. */
+static size_t read_right_indices(const shd_reader *r, const list *l, double end, uint32_t *out) {
+    const double *values = l->numbers.values;
+    size_t i = 0;
+    if (!values || !out || !(end <= UINT32_MAX)) return 0;
+    for (; i < l->numbers.count && !shd_is_cancelled_at(r->cancelled, i); i++) {
+        if (!(values[i] >= 0 && values[i] < end)) break;
+        out[i] = (uint32_t)values[i];
+        if (out[i] != values[i]) break;
+    }
+    return i;
+}
+
 /* Reads indices. If `vertices` is 0, the number of vertices is not known. `out` may be NULL. */
 static void read_indices(shd_reader *r, const list *l, size_t vertices, uint32_t *out) {
     tally bad = {r, &l->node, 0};
     char most[32] = "";
     if (vertices) snprintf(most, sizeof most, " to %zu", vertices - 1);
     double value, end = vertices ? (double)vertices : INFINITY;
-    for (size_t i = 0; i < l->numbers.count && !shd_is_cancelled_at(r->cancelled, i); i++) {
+    const size_t right = read_right_indices(r, l, end, out);
+    for (size_t i = right; i < l->numbers.count && !shd_is_cancelled_at(r->cancelled, i); i++) {
         const bool number = get_number(l, i, &value);
         if (number && value >= 0 && value < end && value == floor(value)) {
             if (out) out[i] = (uint32_t)value;

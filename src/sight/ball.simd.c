@@ -135,3 +135,33 @@ void SHD_VARIANT(shd_show_ball_in)(const shd_item *it, const shd_batch *b, unsig
 void SHD_VARIANT(shd_show_ball)(const shd_item *it, const shd_batch *b, double *t, shd_stage *out) {
     CALL_FOR(b, show_ball, it, b, t, out);
 }
+
+/* Several balls, each in the lanes that hit it. */
+SHD_INLINE void show_balls(const shd_sight *sight, const shd_batch *restrict b,
+                           shd_stage *restrict out, bool orthographic, bool far) {
+    SHD_ALIGNED double eye[3][SHD_RAYS], center[3][SHD_RAYS], scale[SHD_RAYS], turned[SHD_RAYS],
+        inverse[SHD_RAYS];
+    for (int i = 0; i < SHD_RAYS; i++) {
+        const double object = out->object[i];
+        const shd_item *it = &sight->items[object == SHD_NOTHING ? 0 : (int)object];
+        shd_set_lane(eye, i, it->eye);
+        shd_set_lane(center, i, it->to_frame.origin);
+        scale[i] = it->to_frame.linear[0][0];
+        turned[i] = it->front_only ? 1 : -1;
+        inverse[i] = orthographic ? 1 / it->size : 0;
+    }
+    SHD_EACH_LANE(i) {
+        shd_vec3 origin = shd_lane(eye, i);
+        if (orthographic) origin = shd_madd(origin, shd_lane(b->start, i), inverse[i]);
+        const ball_hit hit = meet_ball(origin, shd_lane(b->direction, i), far);
+        shd_set_lane32(out->position32, i, shd_madd(shd_lane(center, i), hit.at, scale[i]));
+        shd_set_lane32(out->normal32, i, shd_scale(hit.at, hit.side < 0 ? 1 : turned[i]));
+        shd_set_lane32(out->mirror32, i,
+                       shd_madd(shd_lane(b->direction, i), hit.at, -2 * hit.side));
+    }
+}
+
+void SHD_VARIANT(shd_show_balls)(const shd_sight *sight, const shd_item *it, const shd_batch *b,
+                                 shd_stage *out) {
+    CALL_FOR(b, show_balls, sight, b, out);
+}

@@ -100,6 +100,9 @@ void SHD_VARIANT(shd_find_ball_in)(const shd_item *it, const shd_batch *b, unsig
                                    double *t);
 void SHD_VARIANT(shd_show_ball_in)(const shd_item *it, const shd_batch *b, unsigned sectors,
                                    shd_stage *out);
+/* In all lanes, each of which hit nothing or a ball that is as far as `it`: the same. */
+void SHD_VARIANT(shd_show_balls)(const shd_sight *sight, const shd_item *it, const shd_batch *b,
+                                 shd_stage *out);
 /* Appends the hits of a stage, whose first lane is shot `first`. */
 void SHD_VARIANT(shd_append_hits)(const shd_stage *stage, size_t hits, size_t first, shd_hits *out);
 

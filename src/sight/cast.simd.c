@@ -216,6 +216,24 @@ static unsigned vectors_of(const double *restrict objects, double object) {
     return vectors;
 }
 
+/* Whether the lanes that are left hit nothing but balls like `it`, and so many that it is
+ * worthwhile to show them all at once. */
+static bool are_many_alike(const shd_sight *sight, const double *lanes, const shd_item *it,
+                           wants want) {
+    enum { MANY = 2 };
+    SHD_ALIGNED double left[SHD_RAYS];
+    int different = 0;
+    memcpy(left, lanes, sizeof left);
+    for (int i = 0; i < SHD_RAYS; i++) {
+        if (left[i] == SHD_NOTHING) continue;
+        const shd_item *other = &sight->items[(int)left[i]];
+        if (!is_quick(other, want) || other->far != it->far) return false;
+        shd_take_lanes(left, left[i]);
+        different++;
+    }
+    return different >= MANY;
+}
+
 /* Every object that some lane hit, in turn. */
 static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder, size_t hits,
                       wants want, shd_stage *out) {
@@ -230,6 +248,10 @@ static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder
         const shd_item *it = &sight->items[(int)object];
         shown += (int)mine;
         if (!alone && is_quick(it, want)) {
+            if (shown == (int)mine && are_many_alike(sight, left, it, want)) {
+                SHD_VARIANT(shd_show_balls)(sight, it, b, out);
+                return;
+            }
             const unsigned vectors = vectors_of(out->object, object);
             SHD_VARIANT(shd_show_ball_in)(it, b, vectors, &part);
             take_quick(&part, object, vectors, out);

@@ -74,6 +74,7 @@ typedef enum shd_outline_kind {
 
 typedef struct shd_outline {
     shd_outline_kind kind;
+    bool tube;       /* it is a torus, of which more can be told */
     shd_vec3 center; /* the sphere's, from the camera; or a, b, c */
     double radius;
     double tangent; /* of a cone: the length of tangents to the sphere */

@@ -9,8 +9,7 @@
  * them, so that an edge's two triangles get opposite values. Rounding cannot give a value of the
  * wrong sign, but only 0, which counts for either side. Depths are weighted means of the corners'
  * depths, so that a triangle that is seen from its edge is met no farther than it reaches. */
-#include "sight/mesh_bundle_simd.h"
-#include "sight/tree.h"
+#include "sight/mesh_thin_simd.h"
 
 /* ---- Triangles. ---- */
 
@@ -182,9 +181,10 @@ static unsigned rows_within(const bundle *k, edges *three) {
     return within;
 }
 
+/* Tries the groups. If they are all, it is first asked which ones of them may meet the triangle. */
 SHD_INLINE bool try_corners(bundle *k, const shd_leaf *leaf, const shd_seen_vertex *a,
-                            const shd_seen_vertex *b, const shd_seen_vertex *c) {
-    unsigned groups = (1u << GROUPS) - 1;
+                            const shd_seen_vertex *b, const shd_seen_vertex *c, unsigned groups) {
+    const bool known = groups != ALL_GROUPS;
     if (least_of_three(a->depth, b->depth, c->depth) > k->reach) return false;
     if (least_of_three(a->w, b->w, c->w) > 0) {
         const area there = {least_of_three(a->p, b->p, c->p), most_of_three(a->p, b->p, c->p),
@@ -192,9 +192,9 @@ SHD_INLINE bool try_corners(bundle *k, const shd_leaf *leaf, const shd_seen_vert
         if (there.left > k->all.right || there.right < k->all.left || there.bottom > k->all.top ||
             there.top < k->all.bottom)
             return false;
-        groups = groups_in(k, there);
+        groups &= groups_in(k, there);
     }
-    if (groups & (groups - 1)) {
+    if (!known && groups & (groups - 1)) {
         edges three = edges_of(k, a, b, c);
         groups &= k->rows ? rows_within(k, &three) : groups_within(k, &three);
     }
@@ -210,10 +210,42 @@ SHD_INLINE bool try_corners(bundle *k, const shd_leaf *leaf, const shd_seen_vert
 static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *leaf) {
     const uint32_t *corner = leaf->corner;
     const shd_seen_vertex *seen = view->vertices;
-    if (seen) return try_corners(k, leaf, &seen[corner[0]], &seen[corner[1]], &seen[corner[2]]);
+    if (seen)
+        return try_corners(k, leaf, &seen[corner[0]], &seen[corner[1]], &seen[corner[2]],
+                           ALL_GROUPS);
     const shd_seen_vertex a = shd_see_vertex(view, corner[0]), b = shd_see_vertex(view, corner[1]),
                           c = shd_see_vertex(view, corner[2]);
-    return try_corners(k, leaf, &a, &b, &c);
+    return try_corners(k, leaf, &a, &b, &c, ALL_GROUPS);
+}
+
+/* The same of `count` triangles that lie alike, if groups are rows. It is apart, or others would
+ * take longer. */
+__attribute__((noinline)) static bool try_thin(bundle *k, const shd_mesh_view *view,
+                                               const shd_leaf *leaves, unsigned count) {
+    const shd_seen_vertex *seen = view->vertices;
+    unsigned rows[LANES];
+    bool any = false;
+    for (unsigned first = 0; first < count; first += LANES) {
+        const unsigned left = count - first, used = left < LANES ? left : LANES;
+        find_thin_rows(k, view, leaves + first, used, rows);
+        for (unsigned i = 0; i < used; i++) {
+            const shd_leaf *leaf = &leaves[first + i];
+            const uint32_t *corner = leaf->corner;
+            if (rows[i])
+                any = try_corners(k, leaf, &seen[corner[0]], &seen[corner[1]], &seen[corner[2]],
+                                  rows[i]) ||
+                      any;
+        }
+    }
+    return any;
+}
+
+SHD_INLINE bool try_leaves(bundle *k, const shd_mesh_view *view, const shd_branch *b) {
+    const shd_leaf *leaves = view->tree->leaves + b->first;
+    if (b->turn && k->rows && view->vertices) return try_thin(k, view, leaves, b->count);
+    bool any = false;
+    for (uint32_t i = 0; i < b->count; i++) any = try_triangle(k, view, &leaves[i]) || any;
+    return any;
 }
 
 /* ---- The tree. ---- */
@@ -235,22 +267,16 @@ static shd_vec3 seen_along(const shd_mesh_view *view, shd_vec3 v) {
 static bool is_beside(const bundle *k, const shd_mesh_view *view, const shd_branch *b,
                       double depth) {
     const shd_vec3 *axis = view->tree->turns[b->turn].axis, *seen = k->seen;
-    shd_vec3 middle = shd_scale(view->eye, -1), half[3];
-    double size = 0;
-    for (int c = 0; c < 3; c++) {
-        middle = shd_madd(middle, axis[c], 0.5 * (b->low[c] + b->high[c]));
-        half[c] = shd_scale(seen[c], 0.5 * (b->high[c] - b->low[c]));
-        size = shd_larger(size, shd_max_abs(view->rows[c]));
-    }
+    const double size = k->size, sizes = k->sizes, error = k->error;
     const bool orthographic = view->orthographic;
+    shd_vec3 middle = shd_scale(view->eye, -1);
+    for (int c = 0; c < 3; c++) middle = shd_madd(middle, axis[c], 0.5 * (b->low[c] + b->high[c]));
     const shd_vec3 at = seen_along(view, middle), ray = {0, 0, 1},
                    n = shd_cross(seen[0], orthographic ? ray : at);
-    const double p = 0.5 * (k->all.left + k->all.right), q = 0.5 * (k->all.bottom + k->all.top),
-                 spread = fabs(n.x) * 0.5 * (k->all.right - k->all.left) +
-                          fabs(n.y) * 0.5 * (k->all.top - k->all.bottom),
-                 reach = fabs(shd_dot(n, half[1])) + fabs(shd_dot(n, half[2])),
-                 sizes = size * (3 + 3 * shd_max_abs(view->eye)),
-                 error = 100 * ROUNDING * sizes * (1 + k->most[0] + k->most[1]);
+    const double p = k->p_middle, q = k->q_middle,
+                 spread = fabs(n.x) * k->p_half + fabs(n.y) * k->q_half,
+                 reach = fabs(shd_dot(n, seen[1])) * (0.5 * (b->high[1] - b->low[1])) +
+                         fabs(shd_dot(n, seen[2])) * (0.5 * (b->high[2] - b->low[2]));
     if (orthographic)
         return fabs(n.x * (p - at.x) + n.y * (q - at.y)) > spread + reach + error * (size + sizes);
     if (!(depth > 1e-6 * sizes)) return false;
@@ -260,14 +286,23 @@ static bool is_beside(const bundle *k, const shd_mesh_view *view, const shd_bran
 /* Sets what is wanted of a turn. Children mostly have their parents'. */
 static void turn_functions(bundle *k, const shd_mesh_view *view, uint16_t turn) {
     const shd_vec3 *axis = view->tree->turns[turn].axis;
+    double size = 0;
     for (int c = 0; c < 3; c++) {
         for (int s = 0; s < SIDES; s += SHD_W / 2)
             shd_vd_store(k->along[c] + s,
                          slopes_along(axis[c], shd_vd_load(k->x + s), shd_vd_load(k->y + s),
                                       shd_vd_load(k->z + s)));
         k->seen[c] = seen_along(view, axis[c]);
+        size = shd_larger(size, shd_max_abs(view->rows[c]));
     }
     k->turn = turn;
+    k->size = size;
+    k->sizes = size * (3 + 3 * shd_max_abs(view->eye));
+    k->error = 100 * ROUNDING * k->sizes * (1 + k->most[0] + k->most[1]);
+    k->p_middle = 0.5 * (k->all.left + k->all.right);
+    k->q_middle = 0.5 * (k->all.bottom + k->all.top);
+    k->p_half = 0.5 * (k->all.right - k->all.left);
+    k->q_half = 0.5 * (k->all.top - k->all.bottom);
 }
 
 /* Whether any ray may meet the box, and from which depth on. What turning rounds is a small part of
@@ -318,9 +353,7 @@ static bool walk_tree(bundle *k, const shd_mesh_view *view) {
         const shd_branch *now = &branches[at];
         if (shd_is_cancelled_at(view->cancelled, ++steps)) return met;
         if (now->count) {
-            bool any = false;
-            for (uint32_t i = now->first; i < now->first + now->count; i++)
-                any = try_triangle(k, view, &view->tree->leaves[i]) || any;
+            const bool any = try_leaves(k, view, now);
             if (any) update_reach(k);
             met = met || any;
         } else {

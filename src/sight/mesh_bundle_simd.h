@@ -47,7 +47,10 @@ typedef struct bundle {
     SHD_ALIGNED double x[SIDES], y[SIDES], z[SIDES], fixed[SIDES];
     SHD_ALIGNED double along[3][SIDES]; /* their slopes along the axes of `turn` */
     shd_vec3 seen[3];                   /* these axes from the camera */
-    uint16_t turn;                      /* of the tree's; 0: they are not set */
+    /* For turned boxes, set with them: the size of the view's rows, and of points times it; what
+     * rounding makes of products; the rectangle's middle and half of its sides. */
+    double size, sizes, error, p_middle, q_middle, p_half, q_half;
+    uint16_t turn; /* of the tree's; 0: they are not set */
 } bundle;
 
 /* Finds a little more than the extremes of groups. */

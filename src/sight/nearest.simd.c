@@ -162,7 +162,9 @@ static int find_few(const shd_sight *sight, const shd_targets *targets, shd_batc
         const shd_item *it = &sight->items[targets->objects[k]];
         const double object = targets->objects[k];
         if (it->shape == SHD_MESH) {
-            if (!SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, INFINITY, &met) ||
+            const double limit = some ? SHD_VARIANT(shd_end_of)(b, out) : INFINITY;
+            if (it->nearest > limit ||
+                !SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, limit, &met) ||
                 !(some ? keep_nearer(sight, object, b, met.t, met.triangle, out)
                        : keep_first(object, met.t, out)))
                 continue;
@@ -295,15 +297,23 @@ static int find_many(const shd_sight *sight, const shd_targets *targets, shd_bat
     return held;
 }
 
+/* Whether targets are many, or too small to be in the way of most lanes, as the first one is. */
+static bool are_aside(const shd_sight *sight, const shd_targets *targets) {
+    enum { FEW = 12, SOME = 2, LOW = 6 /* pixels */ };
+    if (targets->count <= SOME) return false;
+    const shd_item *first = &sight->items[targets->objects[0]];
+    return targets->count > FEW ||
+           (targets->surveyed && first->ball && first->frame.bottom - first->frame.top < LOW);
+}
+
 int SHD_VARIANT(shd_find_nearest)(const shd_sight *sight, const shd_targets *targets, shd_batch *b,
                                   shd_stage *out, int *holder) {
-    enum { FEW = 12 };
     *holder = SHD_NOTHING;
     SHD_VARIANT(shd_set_cosines)(sight, b);
     SHD_EACH_LANE(i) {
         out->t[i] = INFINITY;
         out->object[i] = SHD_NOTHING;
     }
-    return targets->count > FEW ? find_many(sight, targets, b, out, holder)
-                                : find_few(sight, targets, b, out, holder);
+    return are_aside(sight, targets) ? find_many(sight, targets, b, out, holder)
+                                     : find_few(sight, targets, b, out, holder);
 }

@@ -8,8 +8,9 @@
  * sqrt(c.c - h h) and l = sqrt(v.v - R R) they meet where c.v >= k l - h R: the cosine of the
  * sum. */
 #include <assert.h>
-#include <stdlib.h>
+#include <string.h>
 
+#include "base/bits.h"
 #include "sight/item.h"
 
 /* As many candidates of a block are listed before any ray tells what is hidden, and then so many
@@ -192,10 +193,23 @@ typedef struct place {
     uint32_t object;
 } place;
 
-static int by_distance(const void *a, const void *b) {
-    const place *x = a, *y = b;
-    if (x->nearest != y->nearest) return x->nearest < y->nearest ? -1 : 1;
-    return (x->object > y->object) - (x->object < y->object);
+/* Sorts by distance, and of equal ones as they come: byte by byte of the bits, which are in the
+ * order of numbers that are not negative. `spare` has as much room. */
+static void sort_places(place *places, place *spare, size_t count) {
+    place *from = places, *to = spare;
+    for (int shift = 0; shift < 64; shift += 8) {
+        size_t starts[257] = {0};
+        for (size_t i = 0; i < count; i++)
+            starts[1 + (shd_bits64_of(from[i].nearest) >> shift & 255)]++;
+        if (starts[1 + (shd_bits64_of(from[0].nearest) >> shift & 255)] == count) continue;
+        for (int k = 1; k < 256; k++) starts[k + 1] += starts[k];
+        for (size_t i = 0; i < count; i++)
+            to[starts[shd_bits64_of(from[i].nearest) >> shift & 255]++] = from[i];
+        place *const sorted = to;
+        to = from;
+        from = sorted;
+    }
+    if (from != places) memcpy(places, from, count * sizeof *places);
 }
 
 /* The bands that an object's frame reaches into, first and last. False: none. */
@@ -248,16 +262,17 @@ bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
     const range all = {-INFINITY, INFINITY}, none = {INFINITY, -INFINITY};
     for (size_t i = 0; i < count; i++) {
         shd_item *it = &sight->items[i];
-        seen[i] = (sighting){.p = all, .q = all};
+        seen[i] = (sighting){.outline.tube = it->shape == SHD_TORUS, .p = all, .q = all};
         if (it->shape == SHD_PLANE)
             outline_plane(sight, it, &seen[i].outline);
         else
             outline_sphere(sight, i, it, &seen[i]);
         if (seen[i].outline.kind == SHD_OUTLINE_NONE) seen[i].p = none;
         it->nearest = seen[i].nearest;
-        places[i] = (place){seen[i].nearest, (uint32_t)i};
+        places[i] = (place){seen[i].nearest + 0.0, (uint32_t)i}; /* -0 + 0 is 0 */
     }
-    qsort(places, count, sizeof *places, by_distance);
+    static_assert(sizeof(place) == 4 * sizeof(float), "frames have room for places");
+    if (count) sort_places(places, (place *)(void *)frames, count); /* they are set below */
     for (size_t k = 0; k < count; k++) {
         const uint32_t object = sight->order[k] = places[k].object;
         sight->outlines[k] = seen[object].outline;
@@ -389,9 +404,9 @@ static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ra
 
 /* Whether an object may be seen through a window. */
 static bool may_see_rank(const shd_sight *sight, uint32_t rank, const window *w) {
-    const shd_item *it = &sight->items[sight->order[rank]];
-    return reaches_into(&sight->frames, rank, w) && may_see(&sight->outlines[rank], w) &&
-           (it->shape != SHD_TORUS || may_meet_tube(sight, it, w));
+    const shd_outline *o = &sight->outlines[rank];
+    return reaches_into(&sight->frames, rank, w) && may_see(o, w) &&
+           (!o->tube || may_meet_tube(sight, &sight->items[sight->order[rank]], w));
 }
 
 void shd_survey_further(const shd_sight *sight, shd_survey *s, size_t index) {

@@ -9,6 +9,7 @@
 enum {
     BINS = 16,
     FEW = 4,       /* as many triangles are not split further */
+    FEW_THIN = 8,  /* of those in turned boxes, which are met side by side */
     LEAST = 2,     /* triangles on either side of a split: there are fewer branches than leaves */
     LEAN = 6,      /* a triangle is, if half of its box's surface is as often twice its area */
     FEW_LEAN = 16, /* fewer triangles are not turned */
@@ -383,10 +384,11 @@ static bool grow_tree(planter *w, uint32_t count) {
     for (;;) {
         if (w->most_turns) turn_parts(w, &now);
         set_box(w, &now);
+        const uint32_t few = now.turn ? FEW_THIN : FEW;
         uint32_t left = 0, kept = now.count;
-        if (now.count > FEW) left = split_parts(w, w->parts + now.first, &kept, now.depth);
+        if (now.count > few) left = split_parts(w, w->parts + now.first, &kept, now.depth);
         if (shd_is_cancelled(w->cancelled)) return false;
-        if (kept <= FEW) {
+        if (kept <= few) {
             put_leaves(w, &now, kept);
             if (!waits) return true;
             now = waiting[--waits];

@@ -25,6 +25,8 @@ static int random_below(int n) {
     return (int)(random_bits() % (uint64_t)n);
 }
 
+static int read_fast; /* numbers that were */
+
 static void check_number(const char *text) {
     const size_t length = strlen(text);
     double read = -1, wanted;
@@ -34,6 +36,14 @@ static void check_number(const char *text) {
     const bool beyond = fabs(wanted) == HUGE_VAL;
     if (beyond ? end != NULL : end != text + length || memcmp(&read, &wanted, sizeof read) != 0)
         fail_msg("%s: %a instead of %a", text, read, wanted);
+    /* The fast way tells the same, or nothing. */
+    char more[1300];
+    const size_t size = (size_t)snprintf(more, sizeof more, "%s]%32s", text, "");
+    double fast = -1;
+    const char *fast_end = shd_number_read_plain(more, more + size, &fast);
+    read_fast += fast_end != NULL;
+    if (fast_end && (fast_end != more + length || memcmp(&fast, &wanted, sizeof fast) != 0))
+        fail_msg("%s: %a instead of %a, fast", text, fast, wanted);
 }
 
 static double random_double(void) {
@@ -83,7 +93,12 @@ static void numbers_are_those_of_strtod(void **state) {
         check_number(text);
         snprintf(text, sizeof text, "%.17g", (double)(float)near);
         check_number(text);
+        snprintf(text, sizeof text, "%.*f", random_below(9), 1e4 * near);
+        check_number(text);
+        snprintf(text, sizeof text, "%d", random_below(1 << 24));
+        check_number(text);
     }
+    assert_in_range(read_fast, 800000, 2500000); /* most that modellers write */
 }
 
 /* The middle of two neighbors, to the last of its digits, and a bit more and less. */
