@@ -346,6 +346,34 @@ void read_picture(shd_oiio_file &file) {
  * do not count those that are not. */
 constexpr int most_channels = 16;
 
+/* What an input says went wrong, which may be that there was no memory for it. */
+[[noreturn]] void fail_input(const OIIO::ImageInput &input) {
+    const std::string why = input.geterror();
+    if (why.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
+    throw std::runtime_error(why.empty() ? "the file is damaged" : why);
+}
+
+/* Reads the channels from `first` up to `last`. TIFF in strips goes row by row: OpenImageIO tells
+ * nothing of strips that are damaged or missing when it reads them all at once, but for those of
+ * channels apart, which it leaves a note of. The last row of OpenEXR goes first, so that a file
+ * that ends early is not decoded up to there. */
+bool read_samples(OIIO::ImageInput &input, const char *suffix, int first, int last,
+                  OIIO::TypeDesc type, unsigned char *samples) {
+    const OIIO::ImageSpec spec = input.spec();
+    const size_t row =
+        static_cast<size_t>(spec.width) * static_cast<size_t>(last - first) * type.size();
+    const bool in_rows = !std::strcmp(suffix, "tif") && !spec.tile_width &&
+                         spec.get_string_attribute("planarconfig", "contig") == "contig";
+    const int end = spec.y + spec.height;
+    if (!std::strcmp(suffix, "exr") && !spec.tile_width &&
+        !input.read_scanlines(0, 0, end - 1, end, spec.z, first, last, type, samples))
+        return false;
+    if (!in_rows) return input.read_image(0, 0, first, last, type, samples) && !input.has_error();
+    for (int y = spec.y; y < end; y++, samples += row)
+        if (!input.read_scanlines(0, 0, y, y + 1, spec.z, first, last, type, samples)) return false;
+    return !input.has_error();
+}
+
 void decode_picture(shd_oiio_decoding &d) {
     OIIO::Filesystem::IOMemReader bytes(const_cast<unsigned char *>(d.data), d.size);
     OIIO::ImageSpec straight;
@@ -357,7 +385,7 @@ void decode_picture(shd_oiio_decoding &d) {
     if (!input) throw std::runtime_error(OIIO::geterror());
     OIIO::ImageSpec spec;
     if (!input->set_ioproxy(&bytes)) throw std::runtime_error("it is not read from memory");
-    if (!input->open(name, spec, straight)) throw std::runtime_error(input->geterror());
+    if (!input->open(name, spec, straight)) fail_input(*input);
     if (spec.deep) throw std::runtime_error("it is a deep picture, of many samples a pixel");
     if (spec.depth > 1) throw std::runtime_error("it is a volume, not a picture");
     if (spec.nchannels > most_channels)
@@ -383,8 +411,7 @@ void decode_picture(shd_oiio_decoding &d) {
     auto *samples = static_cast<unsigned char *>(std::malloc(pixels * all * sample));
     if (!samples) throw std::bad_alloc();
     d.samples = samples;
-    if (!input->read_image(0, 0, first, last, to, samples))
-        throw std::runtime_error(input->geterror());
+    if (!read_samples(*input, d.suffix, first, last, to, samples)) fail_input(*input);
     bool as_wanted = all == count;
     for (int c = 0; c < d.count; c++) as_wanted = as_wanted && channels[c] == first + c;
     /* In place, from the front: a pixel's samples are not more than what was read of it. */
