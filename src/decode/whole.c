@@ -12,10 +12,6 @@
  * it has. */
 enum { SCANS_MOST = 64 };
 
-shd_status shd_decode_ends_early(const char *format, shd_error *error) {
-    return shd_fail(error, SHD_SCENE, "", "%s: the file ends early", format);
-}
-
 static uint32_t get_u32(const unsigned char *from) {
     return (uint32_t)from[0] << 24 | (uint32_t)from[1] << 16 | (uint32_t)from[2] << 8 | from[3];
 }

@@ -360,8 +360,7 @@ constexpr int most_channels = 16;
 bool read_samples(OIIO::ImageInput &input, const char *suffix, int first, int last,
                   OIIO::TypeDesc type, unsigned char *samples) {
     const OIIO::ImageSpec spec = input.spec();
-    const size_t row =
-        static_cast<size_t>(spec.width) * static_cast<size_t>(last - first) * type.size();
+    const size_t row = static_cast<size_t>(spec.width * (last - first)) * type.size();
     const bool in_rows = !std::strcmp(suffix, "tif") && !spec.tile_width &&
                          spec.get_string_attribute("planarconfig", "contig") == "contig";
     const int end = spec.y + spec.height;
