@@ -353,14 +353,12 @@ constexpr int most_channels = 16;
     throw std::runtime_error(why.empty() ? "the file is damaged" : why);
 }
 
-/* Reads the channels from `first` up to `last`. TIFF in strips goes row by row: OpenImageIO tells
- * nothing of strips that are damaged or missing when it reads them all at once, but for those of
- * channels apart, which it leaves a note of. The last row of OpenEXR goes first, so that a file
- * that ends early is not decoded up to there. */
+/* TIFF in strips goes row by row: OpenImageIO passes over damaged and missing ones when it reads
+ * all at once, and notes at best that it did. The last row of OpenEXR goes first, lest a file that
+ * ends early is decoded up to there. */
 bool read_samples(OIIO::ImageInput &input, const char *suffix, int first, int last,
                   OIIO::TypeDesc type, unsigned char *samples) {
     const OIIO::ImageSpec spec = input.spec();
-    const size_t row = static_cast<size_t>(spec.width * (last - first)) * type.size();
     const bool in_rows = !std::strcmp(suffix, "tif") && !spec.tile_width &&
                          spec.get_string_attribute("planarconfig", "contig") == "contig";
     const int end = spec.y + spec.height;
@@ -368,6 +366,7 @@ bool read_samples(OIIO::ImageInput &input, const char *suffix, int first, int la
         !input.read_scanlines(0, 0, end - 1, end, spec.z, first, last, type, samples))
         return false;
     if (!in_rows) return input.read_image(0, 0, first, last, type, samples) && !input.has_error();
+    const size_t row = type.size() * (last - first) * spec.width;
     for (int y = spec.y; y < end; y++, samples += row)
         if (!input.read_scanlines(0, 0, y, y + 1, spec.z, first, last, type, samples)) return false;
     return !input.has_error();
