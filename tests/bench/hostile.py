@@ -34,7 +34,7 @@ takes ({loads}), most of which OpenImageIO takes to load. So is memory: the most
   that of a good one. TIFF has no checksums, nor has JPEG: bytes that are others there may be another picture.
 - What promises more than `--max-pixels` allows is refused by its head. The rest is held by limits of the process: 64 MB beside
   the file until the head is known, then 160 MB and four times the samples, 30 seconds, no files, and
-  [21 system calls](operating.md#pictures-of-clients-and-yours).
+  [20 system calls](operating.md#pictures-of-clients-and-yours).
 """
 
 
