@@ -27,7 +27,7 @@
 #define ALPHA_MODE   "$mat.gltf.alphaMode", 0, 0
 #define ALPHA_CUTOFF "$mat.gltf.alphaCutoff", 0, 0
 #define ILLUM        "$mat.illum", 0, 0
-#define STRENGTH     "$tex.file.strength"
+#define STRENGTH     "$tex.strength"
 
 /* ---- Geometry ---- */
 
