@@ -422,6 +422,10 @@ bool shd_engine_has_mesh(shd_engine *engine, const shd_digest *digest);
 /* The same of a picture. */
 bool shd_engine_has_asset(shd_engine *engine, const shd_digest *digest);
 
+/* Whether shaded-decode ran, since this was last asked, without the kernel's filter of the system
+ * calls that it may use: files of strangers are decoded all the same. */
+bool shd_engine_was_loose(shd_engine *engine);
+
 typedef struct shd_mesh_load {
     size_t cap, bytes, meshes; /* what is kept */
     size_t held;               /* bytes of meshes that were forgotten while pictures need them */

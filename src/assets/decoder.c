@@ -185,6 +185,7 @@ static shd_status hear_told(const child *c, shd_decode_told *told, shd_error *er
     if (status != SHD_OK) return status;
     if (told->abi != sizeof *told)
         return shd_fail(error, SHD_INTERNAL, "", "shaded-decode is of another build");
+    if (!told->confined && c->job->loose) atomic_store(c->job->loose, true);
     clean_text(told->text, sizeof told->text);
     if (told->status == SHD_OK)
         return is_sound(&told->picture, c->job->most) ? SHD_OK : fail_silent(error);

@@ -19,6 +19,8 @@ typedef struct shd_decode_job {
      */
     void *(*room)(void *context, const shd_decoded *picture, size_t bytes, shd_error *error);
     void *context;
+    atomic_bool *loose; /* NULL; or becomes true if the kernel does not confine the process to the
+                         * system calls that it needs */
 } shd_decode_job;
 
 /* Decodes into that room. SHD_SCENE: it is no picture that is read here, with a sentence that tells

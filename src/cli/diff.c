@@ -133,6 +133,12 @@ static int diff_sides(shd_request *sides[2], const cli_options *options) {
     return written && judge(&found, options) ? CLI_DONE : CLI_FAILED;
 }
 
+static bool is_map(const char *path) {
+    shd_format format;
+    const char *slash = strrchr(path, '/'), *dot = strrchr(slash ? slash : path, '.');
+    return !dot || (shd_format_find(dot + 1, &format) && format == SHD_PNG);
+}
+
 int cli_diff(const char *const paths[2], const cli_options *options) {
     shd_engine *engine = NULL;
     shd_request *sides[2] = {NULL, NULL};
@@ -146,6 +152,8 @@ int cli_diff(const char *const paths[2], const cli_options *options) {
                              "pictures",
                              paths[i]);
     }
+    if (options->output && !is_map(options->output))
+        return cli_usage("unknown suffix in '%s': the map is a png", options->output);
     if (shd_engine_new(&options->engine, &engine, &error)) {
         cli_say("%s%s%s", error.path, *error.path ? ": " : "", error.text);
         return CLI_FAILED;

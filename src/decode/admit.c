@@ -21,3 +21,7 @@ void *shd_decode_room(const shd_decoded *picture, size_t *bytes) {
         return NULL;
     return malloc(*bytes);
 }
+
+shd_status shd_decode_ends_early(const char *format, shd_error *error) {
+    return shd_fail(error, SHD_SCENE, "", "%s: the file ends early", format);
+}

@@ -58,6 +58,8 @@ shd_status shd_decode(const shd_decoder *decoder, const unsigned char *data, siz
     if (format == SHD_FORMAT_COUNT)
         return shd_fail(error, SHD_SCENE, "",
                         "it begins as no PNG, JPEG, WebP, TIFF, OpenEXR or Radiance HDR does");
+    const shd_status status = shd_decode_walk(format, data, size, error);
+    if (status != SHD_OK) return status;
     if (own[format]) return own[format](decoder, data, size, picture, samples, error);
     if (decoder->oiio)
         return decode_by_oiio(decoder, suffixes[format], data, size, picture, samples, error);

@@ -32,6 +32,14 @@ typedef shd_status shd_decode_fn(const shd_decoder *decoder, const unsigned char
                                  shd_decoded *picture, void **samples, shd_error *error);
 shd_decode_fn shd_decode_png, shd_decode_jpeg, shd_decode_webp;
 
+/* Inside: what the lengths in a file tell, before anything of it is decoded: SHD_SCENE if it ends
+ * early, or is one that takes far longer than it is large. SHD_OK: all may be well. At least a
+ * format's first bytes are there. */
+shd_status shd_decode_walk(shd_format format, const unsigned char *data, size_t size,
+                           shd_error *error);
+shd_status shd_decode_walk_tiff(const unsigned char *data, size_t size, shd_error *error);
+shd_status shd_decode_ends_early(const char *format, shd_error *error);
+
 /* Inside: whether the head is one that is read here, and its decoding is to go on. */
 shd_status shd_decode_admit(const shd_decoder *decoder, const shd_decoded *picture,
                             shd_error *error);

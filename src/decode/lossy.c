@@ -28,7 +28,7 @@ static shd_status decode_jpeg_with(tjhandle reader, const shd_decoder *decoder,
     if (!(*samples = shd_decode_room(picture, &bytes)))
         return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     if (!tjDecompress2(reader, data, size, *samples, width, 0, height, grey ? TJPF_GRAY : TJPF_RGB,
-                       TJFLAG_ACCURATEDCT | TJFLAG_LIMITSCANS))
+                       TJFLAG_ACCURATEDCT | TJFLAG_LIMITSCANS | TJFLAG_STOPONWARNING))
         return SHD_OK;
     free(*samples);
     *samples = NULL;

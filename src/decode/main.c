@@ -2,7 +2,8 @@
  *
  * It is started for each picture, has a socket as its standard input (decode/wire.h), and no other
  * way to anything: before it looks at a byte of the picture behind its first ones, it has given up
- * all files, and has limits of memory, processor time and what it may write. */
+ * all files, has limits of memory, processor time and what it may write, and of system calls those
+ * that decoding takes (decode/confine.h). */
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
@@ -17,6 +18,7 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
+#include "decode/confine.h"
 #include "decode/decode.h"
 
 enum { SOCKET = STDIN_FILENO, SECONDS = 30 };
@@ -46,8 +48,11 @@ static _Noreturn void leave(void) {
     _exit(0);
 }
 
+static bool confined; /* by the kernel, since its libraries were loaded */
+
 static void tell(shd_status status, const shd_decoded *picture, const char *text) {
-    shd_decode_told told = {.abi = sizeof told, .status = (int32_t)status, .picture = *picture};
+    shd_decode_told told = {
+        .abi = sizeof told, .status = (int32_t)status, .picture = *picture, .confined = confined};
     snprintf(told.text, sizeof told.text, "%s", text);
     if (!send_whole(&told, sizeof told)) leave();
 }
@@ -103,11 +108,13 @@ static void limit_memory(uint64_t more, bool is_last) {
 #endif
 }
 
-/* Once libraries are loaded: no file can be opened any more, by whatever name. */
-static void drop_files(void) {
+/* Once libraries are loaded: no file can be opened any more, by whatever name, and little else can
+ * be done where the kernel sees to that. */
+static void drop_rights(void) {
     own_bytes = find_own_bytes();
     set_limit(RLIMIT_NOFILE, 0);
     set_limit(RLIMIT_FSIZE, 0);
+    confined = shd_confine();
 }
 
 /* ---- The picture ---- */
@@ -141,7 +148,7 @@ int main(void) {
     const bool takes_oiio = shd_format_takes_oiio(shd_format_sniff(data, ask.size));
     const shd_decoder decoder = {
         .most = ask.most, .oiio = takes_oiio ? load_oiio() : NULL, .admit = admit};
-    drop_files();
+    drop_rights();
     limit_memory(ask.memory, false);
 
     shd_decoded picture;

@@ -38,6 +38,7 @@ typedef struct shd_decode_told {
     int32_t status; /* SHD_OK; SHD_SCENE, SHD_LIMIT or SHD_EXHAUSTED with a text */
     shd_decoded picture;
     char text[256];
+    int32_t confined; /* 1: the kernel holds the program to decode/confine.h */
 } shd_decode_told;
 
 /* Bytes of a sample of a depth that pictures are decoded to. */

@@ -309,6 +309,32 @@ bool is_associated(const OIIO::ImageSpec &spec, bool alpha) {
     return alpha && !spec.get_int_attribute("oiio:UnassociatedAlpha");
 }
 
+/* What an input says went wrong, which may be that there was no memory for it. */
+[[noreturn]] void fail_input(const OIIO::ImageInput &input) {
+    const std::string why = input.geterror();
+    if (why.find("bad_alloc") != std::string::npos) throw std::bad_alloc();
+    throw std::runtime_error(why.empty() ? "the file is damaged" : why);
+}
+
+/* TIFF in strips goes row by row: OpenImageIO passes over damaged and missing ones when it reads
+ * all at once, and notes at best that it did. The last row of OpenEXR goes first, lest a file that
+ * ends early is decoded up to there. */
+bool read_samples(OIIO::ImageInput &input, int first, int last, OIIO::TypeDesc type, void *to) {
+    const OIIO::ImageSpec spec = input.spec();
+    const bool in_rows = !std::strcmp(input.format_name(), "tiff") && !spec.tile_width &&
+                         spec.get_string_attribute("planarconfig", "contig") == "contig";
+    const int end = spec.y + spec.height;
+    if (!std::strcmp(input.format_name(), "openexr") && !spec.tile_width &&
+        !input.read_scanlines(0, 0, end - 1, end, spec.z, first, last, type, to))
+        return false;
+    if (!in_rows) return input.read_image(0, 0, first, last, type, to) && !input.has_error();
+    const size_t row = type.size() * (last - first) * spec.width;
+    auto *at = static_cast<char *>(to);
+    for (int y = spec.y; y < end; y++, at += row)
+        if (!input.read_scanlines(0, 0, y, y + 1, spec.z, first, last, type, at)) return false;
+    return !input.has_error();
+}
+
 void read_picture(shd_oiio_file &file) {
     OIIO::ImageSpec straight;
     straight.attribute("oiio:UnassociatedAlpha", 1);
@@ -333,8 +359,8 @@ void read_picture(shd_oiio_file &file) {
     const size_t pixels = static_cast<size_t>(spec.width) * static_cast<size_t>(spec.height),
                  count = static_cast<size_t>(file.count), all = static_cast<size_t>(spec.nchannels);
     std::vector<float> whole(pixels * all);
-    if (!input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, whole.data()))
-        throw std::runtime_error(input->geterror());
+    if (!read_samples(*input, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, whole.data()))
+        fail_input(*input);
     file.values = static_cast<float *>(std::malloc(pixels * count * sizeof(float)));
     if (!file.values) throw std::bad_alloc();
     for (size_t i = 0; i < pixels; i++)
@@ -357,7 +383,7 @@ void decode_picture(shd_oiio_decoding &d) {
     if (!input) throw std::runtime_error(OIIO::geterror());
     OIIO::ImageSpec spec;
     if (!input->set_ioproxy(&bytes)) throw std::runtime_error("it is not read from memory");
-    if (!input->open(name, spec, straight)) throw std::runtime_error(input->geterror());
+    if (!input->open(name, spec, straight)) fail_input(*input);
     if (spec.deep) throw std::runtime_error("it is a deep picture, of many samples a pixel");
     if (spec.depth > 1) throw std::runtime_error("it is a volume, not a picture");
     if (spec.nchannels > most_channels)
@@ -383,8 +409,7 @@ void decode_picture(shd_oiio_decoding &d) {
     auto *samples = static_cast<unsigned char *>(std::malloc(pixels * all * sample));
     if (!samples) throw std::bad_alloc();
     d.samples = samples;
-    if (!input->read_image(0, 0, first, last, to, samples))
-        throw std::runtime_error(input->geterror());
+    if (!read_samples(*input, first, last, to, samples)) fail_input(*input);
     bool as_wanted = all == count;
     for (int c = 0; c < d.count; c++) as_wanted = as_wanted && channels[c] == first + c;
     /* In place, from the front: a pixel's samples are not more than what was read of it. */

@@ -27,6 +27,7 @@
 #define ALPHA_MODE   "$mat.gltf.alphaMode", 0, 0
 #define ALPHA_CUTOFF "$mat.gltf.alphaCutoff", 0, 0
 #define ILLUM        "$mat.illum", 0, 0
+#define STRENGTH     "$tex.strength"
 
 /* ---- Geometry ---- */
 
@@ -96,8 +97,10 @@ static void apply_alpha_mode(const struct aiMaterial *m, shd_model_material *out
     out->cut_out = strcmp(mode.data, "OPAQUE") != 0;
     if (!strcmp(mode.data, "OPAQUE"))
         out->opacity = 1;
-    else if (!strcmp(mode.data, "MASK"))
+    else if (!strcmp(mode.data, "MASK")) {
         out->opacity = out->opacity >= cutoff;
+        out->cutoff = cutoff;
+    }
 }
 
 static void apply_strength(const json_t *gltf, const char *name, shd_model_material *out) {
@@ -141,7 +144,9 @@ static shd_model_material put_material(shd_block *b, shd_map_reader *maps, const
     }
     out.unlit = has_flag(m, UNLIT);
     apply_strength(gltf, named ? name.data : "", &out);
-    shd_put_maps(maps, m, &out);
+    out.occlusion = 1;
+    get_float(m, STRENGTH, aiTextureType_LIGHTMAP, 0, &out.occlusion);
+    shd_put_maps(maps, m, named ? name.data : "", &out);
     apply_alpha_mode(m, &out);
     return out;
 }
@@ -271,8 +276,13 @@ static bool is_lamp(const struct aiLight *light) {
 
 /* Lists are put after what their items name, which is put first. */
 static bool put_scene(shd_block *b, const struct aiScene *scene, const char *path) {
-    shd_map_reader maps = {.scene = scene, .model = path, .block = b};
+    static shd_losses losses;
+    shd_mtl mtl = {.maps = NULL};
+    shd_map_reader maps = {
+        .scene = scene, .model = path, .block = b, .mtl = &mtl, .losses = &losses};
     const json_t *gltf = shd_gltf_open(path);
+    shd_gltf_losses(gltf, &losses);
+    shd_mtl_read(path, &mtl, &losses);
     walk w = {.scene = scene, .b = b};
     struct aiMatrix4x4 identity;
     aiIdentityMatrix4(&identity);
@@ -297,6 +307,8 @@ static bool put_scene(shd_block *b, const struct aiScene *scene, const char *pat
     model.objects = shd_block_items(b, w.objects, w.count, sizeof *w.objects);
     model.cameras = shd_block_items(b, cameras, scene->mNumCameras, sizeof *cameras);
     model.lights = shd_block_items(b, lights, lamps, sizeof *lights);
+    if (losses.cut) memcpy(losses.text + losses.size - 4, "...\n", 4);
+    model.losses = shd_block_text(b, losses.text);
     model.size = b->size;
     if (b->full || w.full || maps.full) return false;
     memcpy(b->bytes, &model, sizeof model);

@@ -66,8 +66,7 @@ static bool is_map(const shd_model *model, const shd_model_map *map) {
 }
 
 static const char *blame_material(const shd_model *model, const shd_model_material *m) {
-    if (!lies_within(model, m->name, 1) || !lies_within(model, m->others, 1) ||
-        m->kind > SHD_MODEL_GLOSSY)
+    if (!lies_within(model, m->name, 1) || m->kind > SHD_MODEL_GLOSSY)
         return "it has a material that cannot be read";
     for (size_t k = 0; k < SHD_MAP_KINDS; k++)
         if (!is_map(model, &m->maps[k]))
@@ -77,7 +76,8 @@ static const char *blame_material(const shd_model *model, const shd_model_materi
                        m->shininess <= 1e9f && m->opacity >= 0 && m->opacity <= 1 &&
                        isfinite(m->ior) && m->metallic >= 0 && m->metallic <= 1 &&
                        m->roughness >= 0 && m->roughness <= 1 && m->transmission >= 0 &&
-                       m->transmission <= 1;
+                       m->transmission <= 1 && m->cutoff >= 0 && m->cutoff <= 1e6f &&
+                       m->occlusion >= 0 && m->occlusion <= 1;
     return sound ? NULL : "it has a material with a number that is out of range";
 }
 
@@ -110,7 +110,8 @@ static const char *blame_model(const shd_model *model, size_t size) {
         !lies_within(model, model->materials, sizeof(shd_model_material)) ||
         !lies_within(model, model->objects, sizeof(shd_model_object)) ||
         !lies_within(model, model->cameras, sizeof(shd_model_camera)) ||
-        !lies_within(model, model->lights, sizeof(shd_model_light)))
+        !lies_within(model, model->lights, sizeof(shd_model_light)) ||
+        !lies_within(model, model->losses, 1))
         return broken;
     const shd_model_picture *pictures = shd_span_items(model, model->pictures);
     const shd_model_mesh *meshes = shd_span_items(model, model->meshes);

@@ -72,3 +72,44 @@ size_t shd_gltf_ranges(const json_t *document) {
         count += json_object_get(json_array_get(lights, i), "range") != NULL;
     return count;
 }
+
+static bool is_taken(const char *name) {
+    static const char *const taken[] = {
+        "KHR_lights_punctual",        "KHR_materials_emissive_strength",
+        "KHR_materials_ior",          "KHR_materials_pbrSpecularGlossiness",
+        "KHR_materials_transmission", "KHR_materials_unlit",
+        "KHR_mesh_quantization",      "KHR_texture_transform"};
+    for (size_t i = 0; i < sizeof taken / sizeof *taken; i++)
+        if (!strcmp(name, taken[i])) return true;
+    return false;
+}
+
+/* Of all primitives: those that are no triangles, have a further set of coordinates, and move. */
+static void count_primitives(const json_t *document, size_t *thin, size_t *moving) {
+    size_t m, p;
+    json_t *mesh, *primitive;
+    json_array_foreach(json_object_get(document, "meshes"), m, mesh) {
+        json_array_foreach(json_object_get(mesh, "primitives"), p, primitive) {
+            const json_t *mode = json_object_get(primitive, "mode");
+            *thin += json_is_integer(mode) && json_integer_value(mode) < 4;
+            *moving += json_array_size(json_object_get(primitive, "targets")) > 0;
+        }
+    }
+}
+
+void shd_gltf_losses(const json_t *document, shd_losses *losses) {
+    static const char *const moves[] = {"animations", "skins"};
+    size_t i, thin = 0, moving = 0;
+    json_t *name;
+    json_array_foreach(json_object_get(document, "extensionsUsed"), i, name) {
+        const char *text = json_string_value(name);
+        if (text && !is_taken(text)) shd_lose(losses, "what %s says is left out", text);
+    }
+    for (i = 0; i < sizeof moves / sizeof *moves; i++) {
+        const size_t count = json_array_size(json_object_get(document, moves[i]));
+        if (count) shd_lose(losses, "its %zu %s are left out", count, moves[i]);
+    }
+    count_primitives(document, &thin, &moving);
+    if (thin) shd_lose(losses, "%zu parts of points and lines are left out", thin);
+    if (moving) shd_lose(losses, "%zu parts stand without their morph targets", moving);
+}

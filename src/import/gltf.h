@@ -5,6 +5,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "import/losses.h"
+
 /* The document of a .gltf or .glb file, which the caller drops. NULL: it is another file, or cannot
  * be read; assimp tells what is wrong with it. */
 json_t *shd_gltf_open(const char *path);
@@ -15,3 +17,6 @@ bool shd_gltf_strength(const json_t *document, const char *name, float *out);
 
 /* How many lights end somewhere (`range` of KHR_lights_punctual). */
 size_t shd_gltf_ranges(const json_t *document);
+
+/* Tells extensions, animations and the like that scenes do not have. */
+void shd_gltf_losses(const json_t *document, shd_losses *losses);

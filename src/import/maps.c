@@ -173,19 +173,63 @@ static shd_model_map_kind kind_of(int type, uint32_t material) {
     case aiTextureType_DIFFUSE_ROUGHNESS:
     case aiTextureType_UNKNOWN:
         return material == SHD_MODEL_METAL_ROUGH ? SHD_MAP_METAL_ROUGH : SHD_MAP_KINDS;
+    case aiTextureType_LIGHTMAP:
+    case aiTextureType_AMBIENT_OCCLUSION:
+        return material == SHD_MODEL_METAL_ROUGH || material == SHD_MODEL_GLOSSY ? SHD_MAP_OCCLUSION
+                                                                                 : SHD_MAP_KINDS;
     default:
         return SHD_MAP_KINDS;
     }
 }
 
-static void add_other(char *text, size_t room, const char *name) {
-    if (strstr(text, name) || strlen(text) + strlen(name) + 3 > room) return;
-    if (*text) strcat(text, ", ");
-    strcat(text, name);
+static const char *use_of(int type) {
+    switch (type) {
+    case aiTextureType_HEIGHT:
+        return "heights";
+    case aiTextureType_SHININESS:
+        return "exponents or glossiness";
+    case aiTextureType_DISPLACEMENT:
+        return "displacement";
+    case aiTextureType_REFLECTION:
+        return "reflections";
+    case aiTextureType_LIGHTMAP:
+    case aiTextureType_AMBIENT_OCCLUSION:
+        return "occlusion";
+    default: /* of clear coats, sheen, transmission and what is newer */
+        return "another use";
+    }
 }
 
-void shd_put_maps(shd_map_reader *r, const struct aiMaterial *m, shd_model_material *out) {
-    char others[512] = "";
+/* MTL: what its statement says of a picture's file and place. */
+static const shd_mtl_map *find_statement(const shd_map_reader *r, shd_model_map_kind kind,
+                                         const char *material) {
+    static const char *const statements[SHD_MAP_TAKEN] = {[SHD_MAP_AMBIENT] = "map_Ka",
+                                                          [SHD_MAP_DIFFUSE] = "map_Kd",
+                                                          [SHD_MAP_SPECULAR] = "map_Ks",
+                                                          [SHD_MAP_EMISSIVE] = "map_Ke",
+                                                          [SHD_MAP_OPACITY] = "map_d"};
+    return kind < SHD_MAP_TAKEN ? shd_mtl_find(r->mtl, material, statements[kind]) : NULL;
+}
+
+static void apply_statement(const shd_mtl_map *said, shd_model_map *map) {
+    memcpy(map->scale, said->scale, sizeof map->scale);
+    memcpy(map->offset, said->offset, sizeof map->offset);
+    map->wrap = said->clamp ? SHD_MODEL_CLAMP : SHD_MODEL_REPEAT;
+    map->uneven = false;
+}
+
+/* assimp takes `-s 2 2 wood.png` for four words of an option, and sees no file. */
+static void put_unseen(shd_map_reader *r, const char *name, shd_model_material *out) {
+    for (int kind = 0; kind < SHD_MAP_TAKEN; kind++) {
+        const shd_mtl_map *said = find_statement(r, (shd_model_map_kind)kind, name);
+        if (!said || !*said->file || out->maps[kind].picture) continue;
+        out->maps[kind] = (shd_model_map){.picture = put_picture(r, said->file)};
+        apply_statement(said, &out->maps[kind]);
+    }
+}
+
+void shd_put_maps(shd_map_reader *r, const struct aiMaterial *m, const char *name,
+                  shd_model_material *out) {
     for (int type = aiTextureType_DIFFUSE; type <= AI_TEXTURE_TYPE_MAX; type++) {
         struct aiString path;
         unsigned channel = 0;
@@ -194,18 +238,24 @@ void shd_put_maps(shd_map_reader *r, const struct aiMaterial *m, shd_model_mater
             continue;
         const shd_model_map_kind kind = kind_of(type, out->kind);
         if (kind == SHD_MAP_KINDS) {
-            add_other(others, sizeof others, find_name(r, path.data));
+            shd_lose(r->losses,
+                     "material \"%s\": the picture of its %s is left out, because scenes have no "
+                     "such thing: %s",
+                     name, use_of(type), find_name(r, path.data));
             continue;
         }
         shd_model_map *map = &out->maps[kind];
         if (map->picture) continue;
+        const shd_mtl_map *said = find_statement(r, kind, name);
         const int across = wrap_of(m, _AI_MATKEY_MAPPINGMODE_U_BASE, (unsigned)type),
                   up = wrap_of(m, _AI_MATKEY_MAPPINGMODE_V_BASE, (unsigned)type);
-        *map = (shd_model_map){.picture = put_picture(r, path.data),
-                               .wrap = (uint32_t)across,
-                               .uneven = across != up,
-                               .channel = channel};
+        *map =
+            (shd_model_map){.picture = put_picture(r, said && *said->file ? said->file : path.data),
+                            .wrap = (uint32_t)across,
+                            .uneven = across != up,
+                            .channel = channel};
         place_map(m, (unsigned)type, map);
+        if (said) apply_statement(said, map);
     }
-    out->others = shd_block_text(r->block, others);
+    put_unseen(r, name, out);
 }

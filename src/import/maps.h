@@ -6,11 +6,14 @@
 #include <assimp/scene.h>
 
 #include "import/block.h"
+#include "import/mtl.h"
 
 typedef struct shd_map_reader {
     const struct aiScene *scene;
     const char *model; /* path of the file, beside which pictures are */
     shd_block *block;
+    const shd_mtl *mtl;
+    shd_losses *losses;
     /* [capacity], each once, and what materials call them; nobody frees them: the process ends */
     shd_model_picture *pictures;
     char **keys;
@@ -18,6 +21,7 @@ typedef struct shd_map_reader {
     bool full; /* memory ran out */
 } shd_map_reader;
 
-/* Fills out->maps and out->others, and appends pictures that are new. */
-void shd_put_maps(shd_map_reader *reader, const struct aiMaterial *material,
+/* Fills out->maps, and appends pictures that are new; tells those of other uses. `name` is the
+ * material's. */
+void shd_put_maps(shd_map_reader *reader, const struct aiMaterial *material, const char *name,
                   shd_model_material *out);

@@ -49,6 +49,7 @@ typedef enum shd_model_map_kind {
     SHD_MAP_TAKEN,
     SHD_MAP_NORMAL = SHD_MAP_TAKEN, /* of the tangent space */
     SHD_MAP_METAL_ROUGH,            /* glTF: roughness in green, metal in blue */
+    SHD_MAP_OCCLUSION,              /* glTF, in red */
     SHD_MAP_KINDS
 } shd_model_map_kind;
 
@@ -70,12 +71,13 @@ enum { SHD_MODEL_PLAIN, SHD_MODEL_MTL, SHD_MODEL_METAL_ROUGH, SHD_MODEL_GLOSSY }
 
 typedef struct shd_model_material {
     shd_span name;
-    shd_span others; /* text: names of pictures of other uses, ", " between them */
     shd_model_map maps[SHD_MAP_KINDS];
     uint32_t kind;
     uint32_t unlit;
     int32_t illum;          /* MTL */
     uint32_t cut_out;       /* glTF: alpha counts, that of the base color's picture too */
+    float cutoff;           /* what is less is nothing, and the rest opaque; 0: it fades */
+    float occlusion;        /* how much of the picture of occlusion counts, [0,1] */
     uint32_t strength_lost; /* a factor of `emissive`, because the file has it for another one */
     /* MTL: Ka, Kd, Ks, Ke, Tf, Ns, d, Ni. */
     float ambient[3], diffuse[3], specular[3], emissive[3], through[3];
@@ -113,11 +115,12 @@ typedef struct shd_model {
     char magic[8];
     uint64_t size; /* of the block */
     shd_span pictures, meshes, materials, objects, cameras, lights;
+    shd_span losses;        /* text: sentences on what is left out, each with a newline behind it */
     uint64_t ranged_lights; /* which end somewhere in the file */
     char failure[256];      /* why there is no model, or "" */
 } shd_model;
 
-#define SHD_MODEL_MAGIC "shdmodl2"
+#define SHD_MODEL_MAGIC "shdmodl3"
 
 /* Whether a block of `size` bytes, aligned to 8, is a model: every span is in it, every index is
  * one of something, and every number is finite. Normals that are zero, and normals and uvs that

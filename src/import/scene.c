@@ -279,8 +279,27 @@ static bool put_meshes(shd_scene_writer *w) {
     return true;
 }
 
+/* The sentences of the importer, which a hostile file may have had any say in. */
+static void tell_losses(const shd_scene_writer *w) {
+    const char *text = shd_span_items(w->model, w->model->losses);
+    size_t left = w->model->losses.count;
+    while (left) {
+        char line[320];
+        const char *end = memchr(text, '\n', left);
+        const size_t length = end ? (size_t)(end - text) : left;
+        const size_t kept = length < sizeof line ? length : sizeof line - 1;
+        for (size_t i = 0; i < kept; i++)
+            line[i] = (unsigned char)text[i] < 0x20 || text[i] == 0x7f ? '_' : text[i];
+        line[kept] = 0;
+        shd_import_note(w->options, "%s", line);
+        text += length + (end != NULL);
+        left -= length + (end != NULL);
+    }
+}
+
 static bool write_scene(shd_scene_writer *w) {
     find_used(w);
+    tell_losses(w);
     fputs("{\n", w->out);
     shd_put_view(w);
     shd_put_lights(w);

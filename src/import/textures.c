@@ -13,7 +13,8 @@ static const char *const uses[] = {[SHD_MAP_AMBIENT] = "ambient color",
                                    [SHD_MAP_EMISSIVE] = "emissive color",
                                    [SHD_MAP_OPACITY] = "opacity",
                                    [SHD_MAP_NORMAL] = "normals",
-                                   [SHD_MAP_METAL_ROUGH] = "metal and roughness"};
+                                   [SHD_MAP_METAL_ROUGH] = "metal and roughness",
+                                   [SHD_MAP_OCCLUSION] = "occlusion"};
 
 static const shd_model_picture *picture_of(const shd_scene_writer *w, const shd_model_map *map) {
     const shd_model_picture *pictures = shd_span_items(w->model, w->model->pictures);
@@ -151,13 +152,44 @@ static void tell_losses(const shd_scene_writer *w, const char *name, const shd_m
     if (clear && from->opacity < 1)
         shd_import_note(w->options, "material \"%s\": the factor of its opacity, %.3g, is left out",
                         name, (double)from->opacity);
+    if (clear && from->cutoff > 0)
+        shd_import_note(
+            w->options,
+            "material \"%s\": what it cuts out below an alpha of %.3g fades by its alpha", name,
+            (double)from->cutoff);
     if (from->strength_lost)
         shd_import_note(w->options,
                         "material \"%s\": its emissiveStrength is left out, because "
                         "another material has its name",
                         name);
-    if (from->others.count)
-        note_picture(w, name, from->others, "pictures of other uses are left out");
+}
+
+/* glTF's picture of occlusion darkens the light of surroundings: the ambient color follows it, if
+ * it follows no other picture, or has its mean. */
+static void take_occlusion(const shd_scene_writer *w, size_t material, const char *name,
+                           const shd_model_material *from, shd_import_material *out) {
+    const shd_model_map *map = &from->maps[SHD_MAP_OCCLUSION];
+    const shd_model_picture *picture = picture_of(w, map);
+    shd_import_texture *ambient = &out->textures[SHD_MAP_AMBIENT];
+    char text[160];
+    if (!picture || from->unlit) return;
+    const char *why = find_obstacle(w, material, map, picture);
+    if (!why && ambient->map) why = "its ambient color follows another one";
+    if (!why && from->occlusion < 1) why = "its strength is less than 1";
+    if (!why) {
+        *ambient = (shd_import_texture){.map = map,
+                                        .picture = picture,
+                                        .mean = {1, 1, 1},
+                                        .most = HUGE_VAL,
+                                        .channel = 'R',
+                                        .is_tinted = true};
+        return;
+    }
+    const double mean = picture->measured ? (double)picture->mean[0] : 1;
+    for (int c = 0; c < 3; c++) out->ambient[c] *= 1 + (double)from->occlusion * (mean - 1);
+    snprintf(text, sizeof text, "the picture of its occlusion is left out%s, because %s",
+             picture->measured ? " but for its mean" : "", why);
+    note_picture(w, name, picture->name, text);
 }
 
 void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
@@ -176,6 +208,7 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
     shd_import_material_of(&even, w->options->phong, out);
     for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
         if (taken[kind].map) give_texture(&even, (shd_model_map_kind)kind, &taken[kind], out);
+    take_occlusion(w, index, name, from, out);
     tell_losses(w, name, &even, out);
 }
 
@@ -201,7 +234,9 @@ static void put_factor(shd_scene_writer *w, const shd_import_texture *texture,
     for (int c = 0; c < 3; c++) /* what is black tells nothing of its factor */
         tint[c] = fmin(texture->mean[c] > 0 ? rgb[c] / texture->mean[c] : texture->factor[c],
                        texture->most);
-    if (!shd_format_get(format_of(w, texture->picture))->linear)
+    if (texture->channel) /* numbers, whatever is said of colors in its file */
+        fputs(", \"space\": \"lin_rec709\"", w->out);
+    else if (!shd_format_get(format_of(w, texture->picture))->linear)
         fputs(", \"space\": \"sRGB\"", w->out);
     fputs(", \"tint\": ", w->out);
     shd_put_numbers(w->out, tint, 3);
@@ -214,10 +249,8 @@ bool shd_put_texture(shd_scene_writer *w, const shd_import_texture *texture, con
     char *digits;
     if (!keep_picture(w, texture, &digits)) return false;
     fprintf(w->out, "{\"texture\": \"sha256-%s\"", digits);
-    if (texture->channel)
-        fprintf(w->out, ", \"channel\": \"%c\"", texture->channel);
-    else
-        put_factor(w, texture, rgb);
+    if (texture->channel) fprintf(w->out, ", \"channel\": \"%c\"", texture->channel);
+    if (!texture->channel || texture->is_tinted) put_factor(w, texture, rgb);
     fprintf(w->out, ", \"uv\": {\"wrap\": \"%s\"", wraps[map->wrap]);
     if (map->scale[0] != 1 || map->scale[1] != 1) {
         fputs(", \"scale\": ", w->out);

@@ -57,7 +57,8 @@ static shd_status decode_asset(shd_request *request, const void *data, size_t si
                                 .budget = request->rendering.engine->budget,
                                 .cancelled = request->rendering.cancelled,
                                 .room = make_room,
-                                .context = &d};
+                                .context = &d,
+                                .loose = &request->rendering.engine->loose_decoder};
     shd_decoded picture;
     const shd_status status = shd_decode_file(&job, &picture, error);
     if (status != SHD_OK) {
@@ -68,6 +69,10 @@ static shd_status decode_asset(shd_request *request, const void *data, size_t si
         (kept_asset){.picture = picture, .format = shd_format_sniff(data, size)};
     *out = d.thing;
     return SHD_OK;
+}
+
+bool shd_engine_was_loose(shd_engine *engine) {
+    return atomic_exchange(&engine->loose_decoder, false);
 }
 
 /* ---- What clients put ---- */
@@ -97,44 +102,44 @@ shd_status shd_request_keep_asset(shd_request *request, const void *data, size_t
 
 /* ---- What the operator has ---- */
 
-static shd_status read_file(shd_request *request, size_t index, shd_asset *out, shd_error *error) {
+/* Of a file's bytes, which are counted meanwhile. */
+static shd_status open_bytes(shd_request *request, const void *data, size_t size,
+                             const shd_digest *digest, shd_asset *out, shd_error *error) {
     const shd_engine *engine = request->rendering.engine;
+    shd_stored *thing = shd_store_find(engine->store, SHD_THING_ASSET, digest);
+    shd_status status = SHD_OK;
+    bool known;
+    if (!thing) {
+        shd_budget_count(engine->budget, size);
+        status = decode_asset(request, data, size, digest, false, &thing, error);
+        shd_budget_give(engine->budget, size);
+        /* For any client: what the operator has belongs to nobody. */
+        if (status == SHD_OK) shd_store_put(engine->store, thing, "", &known, NULL);
+    }
+    if (status == SHD_OK) take_thing(thing, digest, out);
+    return status;
+}
+
+/* `called`: the digest that the file is called as, which is looked at before anything is decoded.
+ * NULL: it has a name. */
+static shd_status read_file(shd_request *request, size_t index, const shd_digest *called,
+                            shd_asset *out, shd_error *error) {
+    const shd_engine *engine = request->rendering.engine;
+    size_t size, count;
+    const char *file = shd_asset_names(engine->assets, &count)[index];
     void *data;
-    size_t size;
     shd_digest digest;
     shd_status status =
         shd_asset_read(engine->assets, index, request->limits.memory, &data, &size, &digest, error);
     if (status != SHD_OK) return status;
-    shd_budget_count(engine->budget, size);
-    shd_stored *thing = shd_store_find(engine->store, SHD_THING_ASSET, &digest);
-    bool known;
-    if (!thing) {
-        status = decode_asset(request, data, size, &digest, false, &thing, error);
-        /* For any client: what the operator has belongs to nobody. */
-        if (status == SHD_OK) shd_store_put(engine->store, thing, "", &known, NULL);
-    }
-    shd_budget_give(engine->budget, size);
+    if (called && !shd_digest_same(&digest, called))
+        status =
+            shd_fail(error, SHD_MISSING, "", "the file %s does not hold what it is called", file);
+    else
+        status = open_bytes(request, data, size, &digest, out, error);
     free(data);
-    if (status == SHD_OK) take_thing(thing, &digest, out);
+    if (status == SHD_OK) snprintf(out->name, sizeof out->name, "%s", file);
     return status;
-}
-
-/* A file of the operator's that is called as a digest, and holds what it is called. */
-static shd_status open_filed(shd_request *request, size_t index, const shd_digest *digest,
-                             shd_asset *out, shd_error *error) {
-    size_t count;
-    const char *file = shd_asset_names(request->rendering.engine->assets, &count)[index];
-    shd_asset asset;
-    const shd_status status = read_file(request, index, &asset, error);
-    if (status != SHD_OK) return status;
-    if (!shd_digest_same(&asset.digest, digest)) {
-        shd_stored_drop(asset.thing);
-        return shd_fail(error, SHD_MISSING, "", "the file %s does not hold what it is called",
-                        file);
-    }
-    *out = asset;
-    snprintf(out->name, sizeof out->name, "%s", file);
-    return SHD_OK;
 }
 
 static shd_status open_kept(shd_request *request, const char *name, shd_asset *out,
@@ -149,7 +154,7 @@ static shd_status open_kept(shd_request *request, const char *name, shd_asset *o
     shd_stored *thing = shd_store_find(store, SHD_THING_ASSET, &digest);
     size_t index;
     if (!thing && folder && shd_asset_find_digits(folder, name + strlen(prefix), &index))
-        return open_filed(request, index, &digest, out, error);
+        return read_file(request, index, &digest, out, error);
     if (!shd_store_load_of(store).cap)
         return shd_fail(error, SHD_SCENE, "", "no assets are kept here by their digest");
     if (!thing) return shd_fail(error, SHD_MISSING, "", "no asset %s is kept here", name);
@@ -176,13 +181,10 @@ static shd_status open_named(shd_request *request, const char *name, shd_asset *
     shd_stored *thing = shd_asset_known(engine->assets, index, &digest)
                             ? shd_store_find(engine->store, SHD_THING_ASSET, &digest)
                             : NULL;
-    shd_status status = SHD_OK;
-    if (thing)
-        take_thing(thing, &digest, out);
-    else
-        status = read_file(request, index, out, error);
-    if (status == SHD_OK) snprintf(out->name, sizeof out->name, "%s", names[index]);
-    return status;
+    if (!thing) return read_file(request, index, NULL, out, error);
+    take_thing(thing, &digest, out);
+    snprintf(out->name, sizeof out->name, "%s", names[index]);
+    return SHD_OK;
 }
 
 bool shd_asset_digest(const shd_request *request, const char *name, shd_digest *out) {

@@ -44,6 +44,7 @@ typedef struct shd_server {
     atomic_uint suspended;    /* those of them that wait for a job */
     uint64_t places;          /* requests that may wait or be worked on */
     _Atomic(uint64_t) unsent; /* bytes of answers that are on their way */
+    atomic_bool loose_told;   /* the log has that decoders have no filter */
     atomic_bool worked;       /* there were requests since shd_memory_rest */
     /* Memory of bodies that are coming, or that jobs have. */
     _Atomic(uint64_t) body_bytes;

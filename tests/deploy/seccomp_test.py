@@ -77,6 +77,7 @@ class SeccompTest(unittest.TestCase):
             self.assertEqual(daemon.render({**SMALL, "objects": [mesh]}).status, 200)
             kept = daemon.call("PUT", "/v1/scenes", json.dumps(SMALL), JSON)
             self.assertEqual(kept.status, 201, kept.body)
+            self.assertFalse(daemon.events("decoder-loose"))
             self.assertFalse(daemon.events("scenes-folder-unwritable"))
             self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
             self.assertEqual(daemon.get("/metrics", admin=True).status, 200)

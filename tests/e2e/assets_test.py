@@ -4,10 +4,12 @@ import hashlib
 import io
 import json
 import os
+import re
 import signal
 import socket
 import struct
 import subprocess
+import sys
 import unittest
 import zlib
 from pathlib import Path
@@ -15,7 +17,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from e2e.daemon import BUILD, SANITIZED, SMALL, Daemon, environment
+from e2e import hostile
+from e2e.daemon import BUILD, SANITIZED, SHADED, SMALL, Daemon, environment
 from e2e.daemon_test import Folder, wait_until
 
 SHADE = str(BUILD / "shade")
@@ -36,36 +39,16 @@ def name_of(body):
     return "sha256-" + digest_of(body)
 
 
-def chunk(kind, data):
-    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-
 def blank(width, height, rows):
     """A PNG that says it is so wide and high, and has so many rows, all black."""
-    packer = zlib.compressobj(9)
-    pixels = b"".join(packer.compress(bytes(3 * width + 1)) for _ in range(rows)) + packer.flush()
-    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)) +
-            chunk(b"IDAT", pixels) + chunk(b"IEND", b""))
+    return hostile.png(width, height, hostile.deflated((3 * width + 1) * rows))
 
 
 def floats(values):
     """An OpenEXR file without compression, of [height, width, 3] floats."""
     high, wide, _ = values.shape
-
-    def attribute(name, kind, data):
-        return name + b"\0" + kind + b"\0" + struct.pack("<i", len(data)) + data
-
-    channels = b"".join(name + b"\0" + struct.pack("<iB3xii", 2, 0, 1, 1) for name in (b"B", b"G", b"R"))
-    window = struct.pack("<4i", 0, 0, wide - 1, high - 1)
-    head = (struct.pack("<II", 20000630, 2) + attribute(b"channels", b"chlist", channels + b"\0") +
-            attribute(b"compression", b"compression", b"\0") + attribute(b"dataWindow", b"box2i", window) +
-            attribute(b"displayWindow", b"box2i", window) + attribute(b"lineOrder", b"lineOrder", b"\0") +
-            attribute(b"pixelAspectRatio", b"float", struct.pack("<f", 1)) +
-            attribute(b"screenWindowCenter", b"v2f", bytes(8)) +
-            attribute(b"screenWindowWidth", b"float", struct.pack("<f", 1)) + b"\0")
-    rows = [struct.pack("<ii", y, 12 * wide) + values[y, :, ::-1].T.astype("<f4").tobytes() for y in range(high)]
-    starts = [len(head) + 8 * high + y * len(rows[0]) for y in range(high)]
-    return head + struct.pack(f"<{high}Q", *starts) + b"".join(rows)
+    rows = [values[y, :, ::-1].T.astype("<f4").tobytes() for y in range(high)]
+    return hostile.exr(wide, high, rows, packing=0)
 
 
 def textured(name, **more):
@@ -77,6 +60,18 @@ def around(*maps, **members):
     return {**SMALL, "lights": lights}
 
 
+# Starts a program under a filter that refuses filters.
+CALL = {"x86_64": 317, "aarch64": 277}.get(os.uname().machine)
+LOOSE = [sys.executable, "-c", f"""
+import ctypes, os, struct, sys
+code = [(0x20, 0, 0, 0), (0x15, 0, 1, {CALL}), (6, 0, 0, 0x50000 | 38), (6, 0, 0, 0x7fff0000)]
+filter = ctypes.create_string_buffer(b"".join(struct.pack("HBBI", *one) for one in code))
+libc = ctypes.CDLL(None)
+libc.prctl(38, 1, 0, 0, 0)
+libc.prctl(22, 2, ctypes.create_string_buffer(struct.pack("HxxxxxxP", len(code), ctypes.addressof(filter))), 0, 0)
+os.execv(sys.argv[1], sys.argv[1:])
+""", SHADED] if CALL else SHADED
+CAN_CONFINE = bool(CALL) and "errno" in Path("/proc/sys/kernel/seccomp/actions_avail").read_text()
 OPAQUE = file_of(NOISE[:, :, :3])
 CLEAR = file_of(NOISE)
 ROOM = file_of(NOISE[:24, :48, :3])
@@ -200,6 +195,21 @@ class AssetsTest(Test):
         self.problem(self.put(self.daemon, blank(310, 310, 310)), 422, "limit", "`mesh-store`")
         self.assertEqual(self.daemon.get("/readyz", admin=True).status, 200)
 
+    def test_hostile_files_are_refused_in_a_sentence(self):
+        for kind, what, body in hostile.make(256, 32 << 20):
+            if kind in ("tiff", "tiff in one strip", "exr", "hdr") and what not in (
+                    "has one strip of them", "has 4,000 channels"):
+                continue
+            answer = self.put(self.daemon, body)
+            if (kind, what) == ("png", "goes on in many zeros"):  # which nobody looks at
+                self.assertEqual(answer.status // 100, 2, answer.body)
+                continue
+            self.assertEqual(answer.status, 422, (kind, what, answer.body))
+            problem = json.loads(answer.body)
+            self.assertIn(problem["type"].rsplit(":", 1)[1], ("asset", "limit"), (kind, what))
+            self.assertNotIn("gave up", answer.body.decode(), (kind, what))
+        self.assertEqual(self.daemon.get("/readyz", admin=True).status, 200)
+
     def test_floats_are_kept_and_not_compared(self):
         body = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8 +X 8\n" + 64 * b"\x80\x80\x80\x81"
         self.assertEqual(self.put(self.daemon, body, "image/vnd.radiance").status, 201)
@@ -259,13 +269,15 @@ class FolderTest(Test):
         (assets / "notes.txt").write_text("none")
         (assets / f"{digest_of(CLEAR)}.png").write_bytes(CLEAR)
         (assets / f"{64 * '0'}.jpeg").write_bytes(CLEAR)
+        (assets / f"{64 * '1'}.png").write_bytes(CLEAR[:-40])
         with Daemon("--assets", str(assets)) as daemon:
             same = self.diff(daemon, "brick.png", "brick.png")
             self.assertEqual(json.loads(same.body)["differing"], 0)
             called = self.diff(daemon, name_of(CLEAR), f"{digest_of(CLEAR)}.png")
             self.assertEqual(json.loads(called.body)["differing"], 0)
             self.problem(self.diff(daemon, "sha256-" + 64 * "0", "sha256-" + 64 * "1"), 409, "unknown-data",
-                         "does not hold what it is called", "is kept here")
+                         "/a", "/b", f"{64 * '0'}.jpeg does not hold what it is called",
+                         f"{64 * '1'}.png does not hold what it is called")  # and is not decoded
             self.problem(self.diff(daemon, "brik.png", "notes.txt"), 422, "scene", "brick.png", '"/b"')
             (assets / "room.png").write_bytes(ROOM)
             self.problem(daemon.post("/v1/render", around("room.png")), 422, "scene", "/lights/0/map", "unknown asset")
@@ -295,12 +307,14 @@ class FolderTest(Test):
         (assets / "large.png").write_bytes(blank(400, 300, 300))
         (assets / "square.png").write_bytes(blank(300, 300, 300))
         (assets / "sha256-x.png").write_bytes(OPAQUE)
-        with Daemon("--assets", str(assets), "--max-memory", "3M") as daemon:
+        with Daemon("--assets", str(assets), "--max-memory", "3M", program=LOOSE) as daemon:
             two = textured("large.png")
             two["objects"] += textured("large.png", space="ACEScg")["objects"]
             told = self.problem(daemon.post("/v1/render", two), 422, "limit", "memory")
             self.assertEqual([error["pointer"] for error in told["errors"]], ["/objects/1/material/diffuse/texture"])
             self.problem(daemon.post("/v1/render", around("square.png")), 422, "scene", "/lights/0/map", "300 by 300 pixels")
+            self.put(daemon, CLEAR)
+            self.assertEqual(len(daemon.events("decoder-loose")), 1)
             told = self.problem(daemon.post("/v1/render", textured("sha256.png")), 422, "scene")
             self.assertNotIn("sha256-x", json.dumps(told))
         done = subprocess.run([BUILD / "shaded", "--listen", "127.0.0.1:0", "--admin", "off", "--assets",
@@ -312,7 +326,7 @@ class FolderTest(Test):
 class ProcessTest(unittest.TestCase):
     """What the process that decodes may do, as src/decode/wire.h has it asked."""
 
-    TOLD = struct.Struct("<Q7i256s4x")
+    TOLD = struct.Struct("<Q7i256si")
 
     def start(self, body):
         ours, its = socket.socketpair()
@@ -326,6 +340,7 @@ class ProcessTest(unittest.TestCase):
 
     def hear(self, ours):
         told = self.TOLD.unpack(ours.recv(self.TOLD.size, socket.MSG_WAITALL))
+        self.confined = told[9]
         return told[1], told[2:8], told[8].rstrip(b"\0").decode()
 
     def test_it_has_limits_and_no_files_when_it_decodes(self):
@@ -337,6 +352,10 @@ class ProcessTest(unittest.TestCase):
         if not SANITIZED:
             self.assertRegex(limits, r"(?m)^Max data size +[0-9]{8,9} ")
         self.assertEqual(sorted(os.listdir(f"/proc/{program.pid}/fd")), ["0", "1", "2"])
+        held = re.search(r"(?m)^Seccomp:\t(.)$", Path(f"/proc/{program.pid}/status").read_text())[1]
+        self.assertEqual(held == "2", bool(self.confined))
+        if not SANITIZED and CAN_CONFINE:
+            self.assertEqual(self.confined, 1)
         ours.sendall(struct.pack("<Q", 1 << 24))
         self.assertEqual(self.hear(ours)[0], 0)
         self.assertEqual(ours.recv(48 * 64 * 3, socket.MSG_WAITALL), NOISE[:, :, :3].tobytes())

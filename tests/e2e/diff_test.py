@@ -151,7 +151,11 @@ class CommandTest(Test):
         many = self.scene("m.json", {**SPHERE, "outputs": [{"name": "x"}]})
         data = self.scene("d.json", {**SPHERE, "output": {"channel": "R"}})
         text = self.file("no picture", "t.png")
+        cut = self.folder / "cut.tif"
+        Image.fromarray(np.full((37, 45, 3), 99, np.uint8)).save(cut)
+        cut.write_bytes(cut.read_bytes()[:-100])
         for words, code, word in (((scene, small), 1, "45 x 37 and 16 x 12"), ((scene, wrong), 1, "/objects"),
+                                  ((scene, cut), 1, "cut.tif: OpenImageIO: "), ((scene, scene, "-o", "m.jpg"), 2, "suffix"),
                                   ((scene, many), 1, "/outputs"), ((scene, data), 1, "/output/channel"),
                                   ((scene, text), 1, "t.png"), ((scene, self.folder / "none.png"), 1, "none.png"),
                                   ((scene,), 2, "two"), ((scene, "x.gif"), 2, "suffix"), (("-", "-"), 2, "stdin"),

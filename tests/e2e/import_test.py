@@ -455,6 +455,78 @@ class Textures(Case):
         self.assertEqual(self.shade("check", "scene.json", "--assets", "assets").returncode, 0)
 
 
+    def mtl(self, text, *words):
+        """The material `a` of a square, and what was said."""
+        (self.folder / "wood.png").write_bytes(LEFT_RED)
+        (self.folder / "2.png").write_bytes(HALF_METAL)
+        (self.folder / "model.mtl").write_text("newmtl a\nKa 0 0 0\nKd 1 1 1\nillum 1\n" + text)
+        scene, said = self.load("model.obj", "mtllib model.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n"
+                                "usemtl a\nf 1/1 2/2 3/3\n", "--assets", "assets", *words)
+        return scene["materials"]["a"], said
+
+    def test_mtl_places_pictures(self):
+        for options, file, uv in (
+                ("-s 2 3 1 -o 0.5 -0.25 0", "wood.png", {"scale": [2, 3], "offset": [0.5, -0.25]}),
+                ("-s 2 3", "wood.png", {"scale": [2, 3]}), ("-s 2", "2.png", {"scale": [2, 1]}),
+                ("-o 0.5", "2.png", {"offset": [0.5, 0]}), ("-S 1 1 -CLAMP ON", "wood.png", {"wrap": "clamp"}),
+                ("-mm 0 1 -t 0 0 0 -blendu off -texres 64", "wood.png", {})):
+            a, said = self.mtl(f"map_Kd {options}  {file} \n")
+            self.assertNotIn("left out", said)
+            self.assertEqual(a["diffuse"]["uv"], {"wrap": "repeat", **uv}, options)
+            self.assertEqual(self.kept(a["diffuse"]), LEFT_RED if file == "wood.png" else HALF_METAL)
+        a, _ = self.mtl("Ke 1 1 1\nmap_Ke -clamp on -s 4 4 4 wood.png\n")
+        self.assertEqual(a["emissive"]["uv"], {"wrap": "clamp", "scale": [4, 4]})
+
+    def test_what_mtl_has_beside_is_told(self):
+        _, said = self.mtl("map_Kd -mm 0.1 2 -t 1 1 1 -imfchan r -cc on wood.png\nmap_Ns 2.png\nPr 0.4\ndisp 2.png\n"
+                           "sharpness 60\n")
+        for words in ("-mm of its map_Kd", "-t of its map_Kd", "-imfchan of its map_Kd", "-cc of its map_Kd",
+                      'picture of its exponents or glossiness is left out, because scenes have no such thing: 2.png',
+                      "picture of its displacement", "its Pr is left out", "its sharpness"):
+            self.assertEqual(said.count(words), 1, (words, said))
+
+    def test_what_gltf_has_beside_is_told(self):
+        more = {"extensionsUsed": ["KHR_materials_clearcoat", "KHR_materials_unlit", "X_\n\u001b[31m"]}
+        _, said = self.load("model.gltf", textured({"name": "wood", "extensions": {"KHR_materials_clearcoat": {}}}, **more))
+        for words in ("what KHR_materials_clearcoat says is left out", "what X___[31m says"):
+            self.assertEqual(said.count(words), 1, (words, said))
+        self.assertNotIn("KHR_materials_unlit", said)
+        clear = picture([[1, 2, 3, 255], [1, 2, 3, 0]])
+        leaf = {"name": "leaf", "alphaMode": "MASK", "alphaCutoff": 0.25,
+                "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
+        _, said = self.load("model.gltf", textured(leaf, images=[clear]), "--assets", "assets")
+        self.assertIn('"leaf": what it cuts out below an alpha of 0.25 fades by its alpha', said)
+        _, said = self.load("model.gltf", textured({**leaf, "alphaMode": "BLEND"}, images=[clear]), "--assets", "assets")
+        self.assertNotIn("cuts out", said)
+
+    def test_occlusion_darkens_surroundings(self):
+        dark = picture([[51, 9, 9], [255, 9, 9]])
+        stone = {"name": "stone", "occlusionTexture": {"index": 0},
+                 "pbrMetallicRoughness": {"baseColorFactor": [0.5, 0.25, 1, 1], "metallicFactor": 0}}
+        scene, said = self.load("model.gltf", textured(
+            stone, images=[dark], samplers=[{"wrapS": 33071, "wrapT": 33071}]), "--assets", "assets")
+        self.assertNotIn("occlusion", said)
+        self.assertEqual(scene["materials"]["stone"]["ambient"], {
+            "texture": "sha256-" + hashlib.sha256(dark).hexdigest(), "channel": "R", "space": "lin_rec709",
+            "tint": [0.5, 0.25, 1], "uv": {"wrap": "clamp"}})
+        scene.update(lights=[], ambient=1, image={"width": 8, "height": 8, "samples": 1}, camera={
+            "type": "orthographic", "position": [0.5, 0.5, 4], "target": [0.5, 0.5, 0], "height": 1},
+            output={"format": "png", "colorSpace": "lin_rec709"})
+        (self.folder / "scene.json").write_text(json.dumps(scene))
+        done = self.shade("render", "scene.json", "-o", "out.png", "--assets", "assets")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with Image.open(self.folder / "out.png") as image:
+            seen = np.asarray(image.convert("RGB"), int)
+        np.testing.assert_allclose(seen[4, [0, 7]], [[26, 13, 51], [128, 64, 255]], atol=1)
+        half = {**stone, "occlusionTexture": {"index": 0, "strength": 0.5}}
+        both = {**stone, "pbrMetallicRoughness": {"baseColorTexture": {"index": 1}, "metallicFactor": 0}}
+        for material, tint, why in ((half, [0.4, 0.2, 0.8], "strength"), (both, [0.6] * 3, "follows another")):
+            scene, said = self.load("model.gltf", textured(material, images=[dark, LEFT_RED]), "--assets", "assets")
+            self.assertRegex(said, f"its occlusion is left out but for its mean, because its .*{why}")
+            ambient = scene["materials"]["stone"]["ambient"]
+            np.testing.assert_allclose(ambient["tint"] if material is both else ambient, tint, atol=1e-6)
+
+
 # ---- How near the fits are ----
 
 def srgb(linear):

@@ -9,6 +9,7 @@
 #include "scene_folder.h"
 #include "server/answer/negotiate.h"
 #include "server/answer/problem.h"
+#include "server/ops/log.h"
 #include "server/ops/memory.h"
 #include "server/ops/settings.h"
 #include "variants.h"
@@ -77,9 +78,19 @@ static double find_unread_cost(const shd_job *job) {
     return unread_cost + unread_byte_cost * (double)(job->size + job->documents);
 }
 
+/* Once a daemon. */
+static void log_loose_decoder(const shd_job *job) {
+    if (!shd_engine_was_loose(job->settings->engine)) return;
+    if (atomic_exchange(&job->server->loose_told, true)) return;
+    shd_log_message(SHD_LOG_WARNING, "decoder-loose",
+                    "shaded-decode has no filter of system calls: the kernel, a filter around the "
+                    "daemon, or the build refuses seccomp(2)");
+}
+
 /* Whoever still waits gets the reply. There is none only if nobody does. */
 static void finish_job(shd_job *job) {
     if (job->request) shd_metrics_memory(&job->server->metrics, shd_request_memory(job->request));
+    log_loose_decoder(job);
     shd_jobs_finish(job->server->jobs, job);
     drop_job(job);
 }

@@ -1,0 +1,203 @@
+/* What of files is told before they are decoded: each that ends early, at whatever byte. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "decode/decode.h"
+
+typedef struct file {
+    unsigned char bytes[8192];
+    size_t size;
+    bool high_first;
+} file;
+
+static void put(file *f, uint64_t value, unsigned width) {
+    for (unsigned i = 0; i < width; i++)
+        f->bytes[f->size++] = (unsigned char)(value >> 8 * (f->high_first ? width - 1 - i : i));
+}
+
+static void put_text(file *f, const char *text) {
+    memcpy(f->bytes + f->size, text, strlen(text));
+    f->size += strlen(text);
+}
+
+/* Bytes are of the exact size, so that AddressSanitizer sees every one that is read past the end.
+ */
+static shd_status walk(const file *f, size_t size, shd_error *error) {
+    unsigned char *copy = malloc(size);
+    memcpy(copy, f->bytes, size);
+    const shd_status status =
+        shd_decode_walk(shd_format_sniff(f->bytes, f->size), copy, size, error);
+    free(copy);
+    return status;
+}
+
+/* The whole file may be well; no shorter one, of `least` bytes or more, is. */
+static void ends_nowhere_else(const file *f, size_t least) {
+    shd_error error;
+    if (walk(f, f->size, &error) != SHD_OK) fail_msg("the whole one: %s", error.text);
+    for (size_t size = least; size < f->size; size++) {
+        if (walk(f, size, &error) != SHD_SCENE) fail_msg("%zu of %zu bytes", size, f->size);
+        assert_non_null(strstr(error.text, "ends early"));
+    }
+}
+
+/* ---- TIFF ---- */
+
+typedef struct tiff_kind {
+    bool high_first, big;
+    unsigned packing, strips;
+    unsigned type; /* of lists: 3 is of 16 bits, 4 of 32, 16 of 64 */
+} tiff_kind;
+
+static void put_entry(file *f, const tiff_kind *kind, unsigned tag, unsigned type, uint64_t count,
+                      uint64_t value) {
+    const unsigned word = kind->big ? 8 : 4, width = type == 3 ? 2 : type == 4 ? 4 : 8;
+    put(f, tag, 2);
+    put(f, type, 2);
+    put(f, count, word);
+    const unsigned own = count * width > word ? word : width;
+    put(f, value, own);
+    put(f, 0, word - own);
+}
+
+/* A head, a directory, two lists if there are several strips, and strips of 20 bytes. */
+static file make_tiff(const tiff_kind *kind) {
+    enum { ENTRIES = 3, STRIP = 20 };
+    file f = {.high_first = kind->high_first};
+    const unsigned word = kind->big ? 8 : 4, width = kind->type == 3 ? 2 : kind->type == 4 ? 4 : 8;
+    put_text(&f, kind->high_first ? "MM" : "II");
+    put(&f, kind->big ? 43 : 42, 2);
+    if (kind->big) put(&f, 8, 4);
+    const size_t start = f.size + word, lists = start + (kind->big ? 8 + 60 : 2 + 36) + word;
+    const bool has_lists = kind->strips * width > word;
+    const size_t strips = lists + (has_lists ? 2 * kind->strips * width : 0);
+    put(&f, start, word);
+    put(&f, ENTRIES, kind->big ? 8 : 2);
+    put_entry(&f, kind, 259, 3, 1, kind->packing);
+    put_entry(&f, kind, 273, kind->type, kind->strips, has_lists ? lists : strips);
+    put_entry(&f, kind, 279, kind->type, kind->strips,
+              has_lists ? lists + kind->strips * width : STRIP);
+    put(&f, 0, word);
+    for (unsigned i = 0; has_lists && i < kind->strips; i++) put(&f, strips + i * STRIP, width);
+    for (unsigned i = 0; has_lists && i < kind->strips; i++) put(&f, STRIP, width);
+    for (unsigned i = 0; i < kind->strips * STRIP; i++) put(&f, i, 1);
+    return f;
+}
+
+static void a_tiff_has_what_it_says(void **state) {
+    (void)state;
+    static const tiff_kind kinds[] = {
+        {false, false, 8, 5, 4}, {true, false, 8, 5, 4}, {false, false, 1, 3, 3},
+        {false, true, 8, 5, 16}, {true, true, 5, 4, 4},  {false, false, 8, 1, 4},
+        {true, true, 8, 1, 16},  {true, false, 8, 1, 3},
+    };
+    for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
+        const file f = make_tiff(&kinds[i]);
+        ends_nowhere_else(&f, 8);
+    }
+    /* Of what is not packed the pixels tell how long it is. */
+    const file plain = make_tiff(&(tiff_kind){false, false, 1, 1, 4});
+    shd_error error;
+    assert_int_equal(walk(&plain, plain.size - 1, &error), SHD_OK);
+}
+
+/* ---- HDR ---- */
+
+static file make_hdr(const char *size, bool is_packed) {
+    file f = {.size = 0};
+    put_text(&f, "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n");
+    put_text(&f, size);
+    for (int y = 0; y < 3; y++) {
+        if (is_packed) put(&f, 0x0a000202, 4); /* 10 of them */
+        for (int c = 0; is_packed && c < 4; c++) {
+            put(&f, 128 + 6, 1);
+            put(&f, 7, 1);
+            put(&f, 4, 1);
+            put(&f, 0, 4);
+        }
+        for (int x = 0; !is_packed && x < 10; x++) put(&f, 0x80402010, 4);
+    }
+    return f;
+}
+
+static void an_hdr_has_its_rows(void **state) {
+    (void)state;
+    shd_error error;
+    for (int is_packed = 0; is_packed < 2; is_packed++) {
+        const file f = make_hdr("-Y 3 +X 10\n", is_packed);
+        ends_nowhere_else(&f, sizeof "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 3 +X 10\n" - 1);
+    }
+    const file more = make_hdr("+Y 100000 +X 10\n", true);
+    assert_int_equal(walk(&more, more.size, &error), SHD_SCENE);
+    file damaged = make_hdr("-Y 3 +X 10\n", true);
+    damaged.bytes[damaged.size - 5] = 9; /* more than there are left in the row */
+    assert_int_equal(walk(&damaged, damaged.size, &error), SHD_SCENE);
+    assert_non_null(strstr(error.text, "row"));
+    const file turned = make_hdr("+X 10 -Y 3\n", false);
+    assert_int_equal(walk(&turned, turned.size - 9, &error), SHD_OK);
+}
+
+/* ---- JPEG ---- */
+
+static file make_jpeg(int scans) {
+    file f = {.high_first = true};
+    put(&f, 0xffd8, 2);
+    put(&f, 0xffe0, 2);
+    put(&f, 6, 2);
+    put(&f, 0xffd9ffda, 4); /* what a segment has is no marker */
+    for (int i = 0; i < scans; i++) {
+        put(&f, 0xffffda, 3);
+        put(&f, 4, 2);
+        put(&f, 0x0102, 2);
+        put(&f, 0x33ff00ffd7ff0044, 8); /* stuffing, and a restart */
+        put(&f, 0xffc40003, 4);
+        put(&f, 0x55, 1);
+    }
+    put(&f, 0xffd9, 2);
+    return f;
+}
+
+static void a_jpeg_has_an_end_and_few_scans(void **state) {
+    (void)state;
+    shd_error error;
+    const file most = make_jpeg(64), more = make_jpeg(65);
+    ends_nowhere_else(&most, 100);
+    assert_int_equal(walk(&more, more.size, &error), SHD_SCENE);
+    assert_non_null(strstr(error.text, "scans"));
+}
+
+/* ---- Anything ---- */
+
+static void nothing_is_read_beyond_the_end(void **state) {
+    (void)state;
+    const file whole[] = {make_tiff(&(tiff_kind){false, false, 8, 5, 4}),
+                          make_tiff(&(tiff_kind){true, true, 8, 5, 16}),
+                          make_hdr("-Y 3 +X 10\n", true), make_jpeg(3)};
+    uint32_t seed = 1;
+    for (int round = 0; round < 4000; round++) {
+        file f = whole[round % 4];
+        for (int i = 0; i < 3; i++) {
+            seed = seed * 1664525 + 1013904223;
+            f.bytes[4 + (seed >> 8) % (f.size - 4)] = (unsigned char)(seed >> 24 | (seed & 0x80));
+        }
+        shd_error error;
+        const shd_status status = walk(&f, f.size - (seed >> 16) % 8, &error);
+        assert_true(status == SHD_OK || status == SHD_SCENE);
+    }
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_tiff_has_what_it_says),
+        cmocka_unit_test(an_hdr_has_its_rows),
+        cmocka_unit_test(a_jpeg_has_an_end_and_few_scans),
+        cmocka_unit_test(nothing_is_read_beyond_the_end),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
