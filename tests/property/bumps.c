@@ -159,8 +159,8 @@ static char *wide(const char *shape, const char *material, shd_vec3 normal, bool
             "\"position\": [9, -3, -0.9]}, {\"type\": \"point\", \"position\": [2, 1, 3]}, "
             "{\"type\": \"directional\", \"direction\": [0.5, 0.2, 1], \"color\": [1, 0, 0]}], "
             "\"objects\": [{\"type\": \"sphere\", \"radius\": 0.2, \"transform\": {\"translate\": "
-            "[0.5, 0.1, 1]}}, {%s",
-            behind ? -3.5 : 3.5, shadows ? "true" : "false", mirrors ? 2 : 0,
+            "[0.5, 0.1, %d]}}, {%s",
+            behind ? -3.5 : 3.5, shadows ? "true" : "false", mirrors ? 2 : 0, mirrors ? 1 : 60,
             shape ? shape
                   : "\"type\": \"mesh\", \"positions\": [-90, -90, 0, 90, -90, 0, 90, 90, 0, -90, "
                     "90, 0], \"indices\": [0, 1, 2, 0, 2, 3], \"normals\": [");
