@@ -345,6 +345,10 @@ static void no_bumps_change_nothing(void **state) {
              *without = bodies_text("", "exact", k % 2, LAMP, "", NULL, shapes[k]);
         drawn a = film_of(*state, with), b = film_of(*state, without), c = film_of(*state, bumpy);
         assert_below(film_difference(&b, &a), 2e-7);
+        const double both =
+            a.request->rendering.plan->bound.linear + b.request->rendering.plan->bound.linear;
+        for (size_t i = 0; i < 4 * pixels_of(&a); i++)
+            assert_true(fabs((double)a.film.rgba[i] - (double)b.film.rgba[i]) <= both);
         assert_true(film_difference(&b, &c) > 0.01);
         assert_true(a.request->rendering.plan->tier == SHD_EXACT);
         drop_drawn(&a);
@@ -385,6 +389,36 @@ static void bounds_are_told_where_they_are_known(void **state) {
         drop_drawn(&d);
         free(text);
     }
+}
+
+/* The layer of normals has what is lit, also where materials are sorted apart. */
+static void layers_have_the_normals_that_are_lit(void **state) {
+    static const code tilt = {215, 100, 210};
+    const put_name map = put_normals(*state, 1, 1, &tilt, 1);
+    const shd_vec3 n = vector_of(tilt, 1);
+    char *text = text_of(
+        "{\"image\": {\"width\": 24, \"height\": 16, \"samples\": 4}, \"camera\": {\"position\": "
+        "[0, 0, 4]}, \"objects\": [{\"type\": \"sphere\", \"radius\": 0.4, \"transform\": "
+        "{\"translate\": [0, 0, 1]}}, {\"type\": \"box\", \"size\": [9, 9, 1], \"transform\": "
+        "{\"translate\": [0, 0, -0.5]}, \"material\": {\"normal\": {\"texture\": \"%s\"}}}], "
+        "\"output\": {\"format\": \"exr\", \"bitDepth\": \"float\", \"colorSpace\": "
+        "\"lin_rec709\", \"layers\": [\"normal\", \"object\", \"depth\"]}}",
+        map.text);
+    drawn d = shown_film_of(*state, text);
+    size_t seen[2] = {0, 0};
+    for (size_t i = 0; i < pixels_of(&d); i++) {
+        const float *at = d.film.normal + 3 * i;
+        const shd_vec3 normal = {(double)at[0], (double)at[1], (double)at[2]};
+        const size_t object = (size_t)d.film.object[i];
+        seen[object]++;
+        assert_below(fabs(shd_length(normal) - 1), 1e-6);
+        if (object) assert_below(shd_length(shd_sub(normal, n)), 1e-6);
+        if (object) assert_true(fabsf(d.film.depth[i] - 4) < 1e-5f);
+        if (!object) assert_true(d.film.depth[i] < 3.5f);
+    }
+    assert_true(seen[0] > 10 && seen[1] > 10);
+    drop_drawn(&d);
+    free(text);
 }
 
 /* ---- What is refused. ---- */
@@ -457,6 +491,7 @@ int main(void) {
         cmocka_unit_test(no_bumps_change_nothing),
         cmocka_unit_test(parts_are_those_of_the_whole),
         cmocka_unit_test(bounds_are_told_where_they_are_known),
+        cmocka_unit_test(layers_have_the_normals_that_are_lit),
         cmocka_unit_test(what_has_no_frame_is_refused),
         cmocka_unit_test(tags_tell_maps_apart),
     };
