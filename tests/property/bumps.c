@@ -309,6 +309,91 @@ static void fine_normals_are_toksvigs(void **state) {
     }
 }
 
+/* ---- Fine bumps against rays as fine as their texels. ---- */
+
+enum { WIDE = 16, HIGH = 12, FINE = 16 };
+
+/* Slopes in both directions that are of a normal distribution, by sums of uniform numbers. */
+static put_name put_slopes(shd_engine *engine, double deviation) {
+    enum { SIDE = 64 };
+    static code list[SIDE * SIDE];
+    uint64_t random = 5;
+    for (size_t i = 0; i < SHD_LENGTH(list); i++) {
+        double slope[2] = {0, 0};
+        for (int k = 0; k < 24; k++) slope[k % 2] += deviation * uniform(&random, -0.5, 0.5);
+        const double length = sqrt(1 + slope[0] * slope[0] + slope[1] * slope[1]);
+        list[i] = (code){(uint8_t)lround(127.5 * (slope[0] / length + 1)),
+                         (uint8_t)lround(127.5 * (slope[1] / length + 1)),
+                         (uint8_t)lround(127.5 * (1 / length + 1))};
+    }
+    return put_normals(engine, SIDE, SIDE, list, SHD_LENGTH(list));
+}
+
+/* The picture's first channel, in means of times x times pixels. */
+static void draw_plane(shd_engine *engine, const char *lobe, const char *map, int times,
+                       double out[HIGH * WIDE]) {
+    char
+        *normal = map ? text_of(", \"normal\": {\"texture\": \"%s\"}", map) : text_of("%s", ""),
+        *text = text_of(
+            "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": 1}, \"accuracy\": {\"tier\": "
+            "\"exact\"}, \"camera\": {\"type\": \"orthographic\", \"height\": 3, \"position\": [0, "
+            "4, "
+            "4]}, \"lights\": [{\"type\": \"point\", \"position\": [0, 4, -4]}], \"objects\": "
+            "[{\"type\": \"plane\", \"material\": {\"diffuse\": 0, \"ambient\": 0, %s%s}}]}",
+            WIDE * times, HIGH * times, lobe, normal);
+    drawn d = film_of(engine, text);
+    memset(out, 0, HIGH * WIDE * sizeof *out);
+    for (int y = 0; y < HIGH * times; y++)
+        for (int x = 0; x < WIDE * times; x++)
+            out[y / times * WIDE + x / times] +=
+                (double)d.film.rgba[4 * (y * WIDE * times + x)] / (times * times);
+    drop_drawn(&d);
+    free(normal);
+    free(text);
+}
+
+typedef struct against {
+    double off, sum; /* the RMS over the largest value; the sum over theirs */
+} against;
+
+static against hold(const double seen[HIGH * WIDE], const double wanted[HIGH * WIDE]) {
+    double square = 0, most = 0, sum = 0, all = 0;
+    for (int i = 0; i < HIGH * WIDE; i++) {
+        square += (seen[i] - wanted[i]) * (seen[i] - wanted[i]);
+        most = fmax(most, wanted[i]);
+        sum += seen[i];
+        all += wanted[i];
+    }
+    return (against){sqrt(square / (HIGH * WIDE)) / most, sum / all};
+}
+
+static void fine_bumps_are_what_many_rays_see(void **state) {
+    static const char *const lobes[] = {
+        "\"specular\": 0.5, \"shininess\": 20",
+        "\"specular\": 0.5, \"shininess\": 200",
+        "\"model\": \"blinn-phong\", \"specular\": 0.5, \"shininess\": 80",
+        "\"model\": \"blinn-phong\", \"specular\": 0.5, \"shininess\": 800",
+        "\"model\": \"cook-torrance\", \"lobes\": [{\"roughness\": 0.1}]",
+        "\"model\": \"phong-normalized\", \"specular\": 0.5, \"shininess\": 20"};
+    static const double deviations[] = {0.15, 0.05, 0.3};
+    const bool all = getenv("SHADED_MEASURE");
+    for (size_t s = 0; s < (all ? SHD_LENGTH(deviations) : 1); s++) {
+        const put_name map = put_slopes(*state, deviations[s]);
+        for (size_t k = all ? 0 : 1; k < SHD_LENGTH(lobes); k += all ? 1 : 2) {
+            double many[HIGH * WIDE], seen[HIGH * WIDE], flat[HIGH * WIDE];
+            draw_plane(*state, lobes[k], map.text, FINE, many);
+            draw_plane(*state, lobes[k], map.text, 1, seen);
+            draw_plane(*state, lobes[k], NULL, 1, flat);
+            const against ours = hold(seen, many), without = hold(flat, many);
+            if (all)
+                printf("slopes %.2f, %s: error %.3f was %.3f, light %.2f was %.2f\n", deviations[s],
+                       lobes[k], ours.off, without.off, ours.sum, without.sum);
+            assert_below(ours.off, 0.15 * without.off);
+            assert_below(fabs(ours.sum - 1), 0.15);
+        }
+    }
+}
+
 /* ---- What stays, and what is told. ---- */
 
 static const char bodies[] =
@@ -488,6 +573,7 @@ int main(void) {
         cmocka_unit_test(shapes_are_lit_as_meshes_are),
         cmocka_unit_test(frames_are_as_charts_are_told),
         cmocka_unit_test(fine_normals_are_toksvigs),
+        cmocka_unit_test(fine_bumps_are_what_many_rays_see),
         cmocka_unit_test(no_bumps_change_nothing),
         cmocka_unit_test(parts_are_those_of_the_whole),
         cmocka_unit_test(bounds_are_told_where_they_are_known),
