@@ -149,6 +149,10 @@ typedef struct slope {
     bool mirrored;
 } slope;
 
+static double sign_of(double x) {
+    return (x > 0) - (x < 0);
+}
+
 static double triple(shd_vec3 a, shd_vec3 b, shd_vec3 c) {
     return shd_dot(shd_cross(a, b), c);
 }
@@ -181,7 +185,7 @@ static slope slope_on_shape(const shd_chart *chart, const shd_charted_point *poi
                                 {m[0][2], m[1][2], m[2][2]}};
     const double turns = triple(ds, dt, normal), mirrors = triple(column[0], column[1], column[2]);
     const shd_vec3 along = shd_linear(&chart->to_world, shd_cross(dt, normal));
-    return (slope){shd_scale(along, turns < 0 ? -1 : turns > 0),
+    return (slope){shd_scale(along, sign_of(turns)),
                    outward ? point->normal : shd_scale(point->normal, -1),
                    (turns < 0) != (mirrors < 0)};
 }
@@ -191,7 +195,7 @@ static slope slope_on_mesh(const shd_chart *chart, const shd_charted_point *poin
     const shd_mesh *mesh = chart->object->mesh;
     const uint32_t *corner = mesh->indices + 3 * (size_t)point->triangle;
     const shd_affine normals = shd_normal_map(&chart->to_world);
-    shd_vec3 side[2], n[3], front = {0, 0, 0};
+    shd_vec3 side[2], n[3] = {{0, 0, 0}};
     double st[2][2];
     for (int k = 0; k < 2; k++) {
         const double *from = mesh->uvs + 2 * (size_t)corner[0],
@@ -201,19 +205,17 @@ static slope slope_on_mesh(const shd_chart *chart, const shd_charted_point *poin
                           shd_vec3_at(mesh->positions, corner[0]));
         for (int c = 0; c < 2; c++) st[k][c] = map[c][0] * u + map[c][1] * v;
     }
-    const shd_vec3 own = shd_linear(&normals, shd_cross(side[0], side[1]));
+    shd_vec3 local = shd_cross(side[0], side[1]);
     for (int k = 0; k < 2; k++) side[k] = shd_linear(&chart->to_world, side[k]);
     for (int k = 0; mesh->normals && k < 3; k++)
         shd_normalize(shd_vec3_at(mesh->normals, corner[k]), &n[k]);
     if (mesh->normals)
-        front = shd_linear(
-            &normals, shd_madd(shd_madd(shd_scale(n[0], 1 - point->b - point->c), n[1], point->b),
-                               n[2], point->c));
-    else
-        front = own;
+        local = shd_madd(shd_madd(shd_scale(n[0], 1 - point->b - point->c), n[1], point->b), n[2],
+                         point->c);
+    const shd_vec3 front = shd_linear(&normals, local);
     const double turns = st[0][0] * st[1][1] - st[0][1] * st[1][0];
     const shd_vec3 along = shd_madd(shd_scale(side[0], st[1][1]), side[1], -st[0][1]);
-    return (slope){shd_scale(along, turns < 0 ? -1 : turns > 0), front,
+    return (slope){shd_scale(along, sign_of(turns)), front,
                    (turns < 0) != (triple(side[0], side[1], front) < 0)};
 }
 
