@@ -117,7 +117,8 @@ shd_back shd_back_of(const shd_scene *scene, const shd_object *object,
     shd_back back = {.origin = object->transform.origin};
     shd_affine linear = object->transform;
     linear.origin = (shd_vec3){0, 0, 0};
-    /* Faceted objects are lit at vertices of the far side, too. */
+    /* Faceted objects are lit at vertices of the far side, too, and maps turn normals anywhere. */
+    if (scene->materials[object->material].normal_texture) return back;
     if (object->interpolation != SHD_PHONG || !shd_invert(&linear, &back.inverse)) return back;
     back.norm = shd_norm(&back.inverse);
     back.center = bounds->center;

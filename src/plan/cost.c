@@ -201,11 +201,13 @@ static double light_factor(const shd_plan *plan, const shd_kernel_cost *costs, s
 /* What a sample's footprint on a chart costs, the means of patterns over it, and how far highlights
  * are widened there. */
 static double patterns_of(const shd_plan_material *material) {
-    static const double FOOTPRINT = 120, MEAN = 150, PICTURE = 500, BEND = 150, WIDEN = 15;
+    static const double FOOTPRINT = 120, MEAN = 150, PICTURE = 500, BEND = 150, WIDEN = 15,
+                        FRAME = 150;
     const shd_plan_textures *textures = material->textures;
     double sum = textures ? FOOTPRINT : 0;
     for (size_t p = 0; textures && p < textures->pattern_count; p++)
         sum += textures->patterns[p].picture ? PICTURE : MEAN;
+    if (material->normal) sum += (textures ? 0 : FOOTPRINT) + PICTURE + FRAME;
     if (material->antialiased) sum += BEND + WIDEN * (double)material->lobe_count;
     return sum;
 }

@@ -73,11 +73,16 @@ bool shd_is_flat(const shd_object *object) {
            (object->shape == SHD_DISC && object->interpolation == SHD_PHONG);
 }
 
+bool shd_shades_itself(const shd_plan *plan, size_t object) {
+    return !shd_is_flat(&plan->scene->objects[object]) ||
+           plan->materials[plan->objects[object].material].normal;
+}
+
 /* Whether `other` may shadow a point of `object`. */
 static bool may_shadow(const shd_plan *plan, size_t object, const shd_plan_light *light,
                        size_t other) {
     const shd_plan_object *at = &plan->objects[object];
-    if (object == other) return !shd_is_flat(&plan->scene->objects[object]);
+    if (object == other) return shd_shades_itself(plan, object);
     if (!at->bounded) return true;
     return shd_may_object_hide(plan, ball_of(at), light, other);
 }

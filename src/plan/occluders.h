@@ -18,6 +18,10 @@ bool shd_may_object_hide(const shd_plan *plan, shd_ball at, const shd_plan_light
 /* Whether it never hides a point of itself. */
 bool shd_is_flat(const shd_object *object);
 
+/* Whether the object may shadow its own points, in front of which a light is by their normals: it
+ * is not flat, or a map turns these. */
+bool shd_shades_itself(const shd_plan *plan, size_t object);
+
 /* What may shadow an object from a light. */
 typedef struct shd_occluders {
     uint32_t first, count; /* in shd_occlusion.list; count SHD_OCCLUDERS_ANY: any object may */

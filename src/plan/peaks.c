@@ -32,7 +32,7 @@ shd_peak shd_peak_of(const shd_plan_material *m, size_t term) {
     if (m->model == SHD_MODEL_PHONG_NORMALIZED) {
         /* (n' + 2) / (n' + 1) is largest of the widest lobe. Those of others are as before: (n' +
          * 1) / (n + 1) times 2 / (n' + 1). */
-        const double widest = m->antialiased ? shd_widest(m->model, n) : n;
+        const double widest = shd_widest(m, n);
         return (shd_peak){factor, (widest + 2) / 2 * (2 / (widest + 1))};
     }
     return (shd_peak){1, m->model == SHD_MODEL_BLINN_PHONG ? shd_smaller(4 * phong, 2) : phong};
@@ -87,7 +87,7 @@ static double most_seen(const shd_light *shape, double nearest) {
 /* 4 m^2 e^(1 / m^2 - 2) and 1 / m^2 are largest at either end of what widened lobes have. */
 static double facets_most(const shd_plan_material *m, double roughness) {
     const double own = shd_facets_most(roughness);
-    return m->antialiased ? shd_larger(own, shd_facets_most(shd_widest(m->model, roughness))) : own;
+    return m->pointwise ? shd_larger(own, shd_facets_most(shd_widest(m, roughness))) : own;
 }
 
 double shd_shape_most_at(const shd_light *shape, const shd_plan_material *m, size_t term,

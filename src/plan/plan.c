@@ -184,6 +184,16 @@ static void note_antialiased(shd_plan *plan) {
     }
 }
 
+static void note_bumped(shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    for (size_t i = 0; i < scene->object_count; i++) {
+        const shd_object *object = &scene->objects[i];
+        if (!scene->materials[object->material].normal_texture) continue;
+        plan->bumped = true;
+        plan->charted |= object->shape == SHD_MESH;
+    }
+}
+
 static void note_textures(shd_plan *plan, const shd_plan_textures *textures) {
     plan->textured = true;
     plan->hued |= textures->hued;
@@ -208,6 +218,8 @@ static bool make_materials(shd_plan *plan, const double ambient[3], double (*bin
         if (materials[i].textures) note_textures(plan, materials[i].textures);
         materials[i].antialiased =
             plan->antialiased && scene->materials[i].antialiased && lobes > 0;
+        materials[i].normal = scene->materials[i].normal_texture;
+        materials[i].pointwise = materials[i].antialiased || materials[i].normal;
     }
     plan->materials = materials;
     for (size_t i = 0; plan->textured && i < scene->object_count; i++)
@@ -246,7 +258,9 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
     }
     if (!shd_plan_light_bins(plan, lights, count, arena)) return false;
     note_antialiased(plan);
-    plan->beyond_points = plan->antialiased || is_beyond_points(scene, lights, count);
+    note_bumped(plan);
+    plan->beyond_points =
+        plan->antialiased || plan->bumped || is_beyond_points(scene, lights, count);
     plan->extended = plan->beyond_points || has_models(scene);
     plan->models32 = has_models32(plan, lights, count);
     if (!plan_planes(scene, arena, plan) || !make_materials(plan, ambient, bins, arena) ||

@@ -69,6 +69,7 @@ typedef struct shd_plan_material {
     size_t lobe_count;
     bool front_only;
     bool antialiased; /* lobes are widened where objects bend (shade/bend.h) */
+    bool pointwise;   /* lobes differ from point to point: that, or a map of normals */
     shd_model model;
     const shd_material *from;      /* what of it only extended scenes have */
     const shd_table_limits *table; /* of its microgeometry; NULL: none, or not simulated yet */
@@ -81,6 +82,7 @@ typedef struct shd_plan_material {
     const shd_fresnel *indices;
     const shd_tint *tint;                     /* NULL: rays carry three channels */
     const struct shd_plan_textures *textures; /* its patterns (plan/textures.h); NULL: none */
+    const shd_texture *normal; /* its map of normals (shade/bump.h); NULL: it has none */
 } shd_plan_material;
 
 /* An object as its lights see it. */
@@ -133,9 +135,11 @@ typedef struct shd_plan {
     size_t max_fields; /* of patterns of any material */
     bool textured;     /* some object has a pattern or a picture */
     bool hued;         /* and one of these has another field for each component of a color */
-    bool charted;      /* and one of these is a mesh, so that hits tell of triangles */
+    bool charted;      /* one of these, or a map of normals, is on a mesh: hits tell of triangles */
     bool antialiased;  /* some object's highlights are widened where it bends */
     bool bent_meshes;  /* and one of these is a mesh, so that hits tell of triangles */
+    bool bumped;       /* some object has a map of normals: what follows from its own normals alone
+                        * does not hold of it */
     const shd_plan_object *objects; /* as shd_scene.objects */
     const shd_plan_group *groups;
     size_t group_count;

@@ -26,6 +26,9 @@ static const double SHD_BENT_STEEPEST = 0.05;
 /* Exponents are not lowered below 1, where the edge at R.V = 0 begins to be steep. */
 static const double SHD_BLUNTEST = 1;
 
+/* Maps of normals make facets no rougher than this (shade/bump.h). */
+static const double SHD_ROUGHEST = 1;
+
 /* The exponent, or roughness, of a lobe of such a variance. */
 static inline double shd_sharpness_at(shd_model model, double variance) {
     return model == SHD_MODEL_COOK_TORRANCE ? sqrt(2 * variance) : 1 / variance - 2;
@@ -35,10 +38,21 @@ static inline double shd_variance_of(shd_model model, double shininess) {
     return model == SHD_MODEL_COOK_TORRANCE ? shininess * shininess / 2 : 1 / (shininess + 2);
 }
 
-/* The other end of what a lobe may become. */
-static inline double shd_widest(shd_model model, double shininess) {
+/* The other end of what surfaces that bend make of a lobe. */
+static inline double shd_widest_of_bent(shd_model model, double shininess) {
     const double most = shd_variance_of(model, shininess) + shd_spread_most(model) / 2,
                  widest = shd_sharpness_at(model, most);
     if (model == SHD_MODEL_COOK_TORRANCE) return widest;
     return widest > SHD_BLUNTEST ? widest : shininess < SHD_BLUNTEST ? shininess : SHD_BLUNTEST;
+}
+
+/* The other end of what a material's lobe may become anywhere: by a map of normals first, and then
+ * by how its objects bend. */
+static inline double shd_widest(const shd_plan_material *m, double shininess) {
+    double widest = shininess;
+    if (m->normal)
+        widest = m->model == SHD_MODEL_COOK_TORRANCE
+                     ? (widest > SHD_ROUGHEST ? widest : SHD_ROUGHEST)
+                     : (widest < SHD_BLUNTEST ? widest : SHD_BLUNTEST);
+    return m->antialiased ? shd_widest_of_bent(m->model, widest) : widest;
 }

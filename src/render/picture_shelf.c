@@ -23,6 +23,7 @@ static shd_status find_wish(shd_request *request, const shd_picture_wish *wish,
         *out = w;
         if (!w->texels && w->error.limit == SHD_LIMIT_MEMORY) refused = w;
         if (w->wish.space == wish->space && w->wish.working == wish->working &&
+            w->wish.normals == wish->normals && w->wish.scale == wish->scale &&
             !strcmp(w->wish.name, wish->name))
             return SHD_OK;
     }

@@ -3,6 +3,7 @@
 #include <float.h>
 #include <math.h>
 #include <nettle/sha2.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "render/assets.h"
@@ -35,7 +36,8 @@ static void put_word(struct sha256_ctx *hash, const char *word) {
 }
 
 static shd_digest find_key(const shd_request *request, const shd_asset *asset,
-                           const shd_space_info *space, const shd_space_info *working) {
+                           const shd_space_info *space, const shd_picture_wish *wish) {
+    const shd_space_info *working = wish->working;
     struct sha256_ctx hash;
     shd_digest out;
     sha256_init(&hash);
@@ -44,6 +46,11 @@ static shd_digest find_key(const shd_request *request, const shd_asset *asset,
         put_word(&hash, space->name);
         put_word(&hash, working->name);
         put_word(&hash, shd_color_config_digest(request->rendering.engine->color));
+    }
+    if (wish->normals) {
+        char scale[32];
+        snprintf(scale, sizeof scale, "normals %a", wish->scale + 0.0); /* -0 is 0 */
+        put_word(&hash, scale);
     }
     sha256_digest(&hash, sizeof out.bytes, out.bytes);
     return out;
@@ -83,8 +90,25 @@ static float hold_value(float value, float least, float most, size_t *held) {
     return value > most ? most : value < least ? least : 0;
 }
 
-static void fill_block(const shd_asset *asset, const shd_color_transform *transform, size_t first,
-                       size_t count, float *rgba, shd_texels *out) {
+/* Makes a normal of what the file has. Lengths are 1 to f32's rounding. */
+static void make_normal(float *rgba, double scale) {
+    const double x = scale * (2 * (double)rgba[0] - 1), y = scale * (2 * (double)rgba[1] - 1),
+                 z = 2 * (double)rgba[2] - 1, length = sqrt(x * x + y * y + z * z);
+    const bool any = length > 0;
+    rgba[0] = any ? (float)(x / length) : 0;
+    rgba[1] = any ? (float)(y / length) : 0;
+    rgba[2] = any ? (float)(z / length) : 1;
+}
+
+/* What is done to texels as the file has them. */
+typedef struct taking {
+    const shd_color_transform *transform; /* NULL: they are in their space */
+    const shd_picture_wish *wish;
+} taking;
+
+static void fill_block(const shd_asset *asset, const taking *by, size_t first, size_t count,
+                       float *rgba, shd_texels *out) {
+    const shd_color_transform *transform = by->transform;
     for (size_t i = 0; i < count; i++) {
         float *pixel = rgba + 4 * i;
         take_pixel(asset, first + i, pixel);
@@ -93,6 +117,8 @@ static void fill_block(const shd_asset *asset, const shd_color_transform *transf
         pixel[3] = hold_value(pixel[3], 0, 1, &out->held);
     }
     if (transform) shd_color_apply(transform, rgba, count);
+    for (size_t i = 0; by->wish->normals && i < count; i++)
+        make_normal(rgba + 4 * i, by->wish->scale);
     for (size_t i = 0; i < 4 * count; i++) {
         const int c = i % 4;
         if (transform && c < 3) rgba[i] = hold_value(rgba[i], -FLT_MAX, FLT_MAX, &out->held);
@@ -101,9 +127,8 @@ static void fill_block(const shd_asset *asset, const shd_color_transform *transf
     }
 }
 
-static shd_status fill_picture(const shd_request *request, const shd_asset *asset,
-                               const shd_color_transform *transform, float *rgba, shd_texels *out,
-                               shd_error *error) {
+static shd_status fill_picture(const shd_request *request, const shd_asset *asset, const taking *by,
+                               float *rgba, shd_texels *out, shd_error *error) {
     const shd_decoded *p = asset->picture;
     const size_t pixels = (size_t)p->width * (size_t)p->height;
     for (int c = 0; c < 4; c++) {
@@ -113,7 +138,7 @@ static shd_status fill_picture(const shd_request *request, const shd_asset *asse
     for (size_t first = 0; first < pixels; first += BLOCK) {
         const size_t left = pixels - first;
         if (shd_is_cancelled(request->rendering.cancelled)) return shd_rendering_cancelled(error);
-        fill_block(asset, transform, first, left < BLOCK ? left : BLOCK, rgba + 4 * first, out);
+        fill_block(asset, by, first, left < BLOCK ? left : BLOCK, rgba + 4 * first, out);
     }
     return SHD_OK;
 }
@@ -149,8 +174,8 @@ void shd_request_forget_texels(shd_request *request) {
 
 /* Makes the picture, which the caller drops; it is kept if it fits. */
 static shd_status make_picture(const shd_request *request, const shd_asset *asset,
-                               const shd_digest *key, const shd_color_transform *transform,
-                               shd_stored **out, shd_error *error) {
+                               const shd_digest *key, const taking *by, shd_stored **out,
+                               shd_error *error) {
     shd_store *store = request->rendering.engine->store;
     const shd_decoded *p = asset->picture;
     const size_t bytes = HEAD + (size_t)p->width * (size_t)p->height * 4 * sizeof(float);
@@ -169,7 +194,7 @@ static shd_status make_picture(const shd_request *request, const shd_asset *asse
                             .rgba = rgba,
                             .file = asset->digest,
                             .key = *key};
-    status = fill_picture(request, asset, transform, rgba, picture, error);
+    status = fill_picture(request, asset, by, rgba, picture, error);
     bool known;
     if (status != SHD_OK) {
         shd_stored_drop(thing);
@@ -186,7 +211,7 @@ static shd_status find_picture(shd_request *request, const shd_asset *asset,
     shd_store *store = request->rendering.engine->store;
     const shd_space_info *space = wish->space ? wish->space : find_space(request, asset);
     const shd_color_transform *transform = NULL;
-    const shd_digest key = find_key(request, asset, space, wish->working);
+    const shd_digest key = find_key(request, asset, space, wish);
     shd_held_picture *held = find_held(request, &key);
     *out = held ? held->thing : NULL;
     if (held) return SHD_OK;
@@ -200,7 +225,7 @@ static shd_status find_picture(shd_request *request, const shd_asset *asset,
         status = shd_request_room_for(request, "picture", shd_stored_size(thing), error);
         if (status != SHD_OK) shd_stored_drop(thing);
     } else {
-        status = make_picture(request, asset, &key, transform, &thing, error);
+        status = make_picture(request, asset, &key, &(taking){transform, wish}, &thing, error);
     }
     if (status != SHD_OK) return status;
     held = shd_arena_alloc(request->rendering.arena, 1, sizeof *held);

@@ -34,7 +34,7 @@ typedef struct raw_material {
     const shd_curve *emissive_curve, *ambient_curve, *diffuse_curve, *specular_curve;
     const shd_curve *opacity_curve, *reflection_curve, *transmission_curve;
     const shd_texture *emissive_texture, *ambient_texture, *diffuse_texture, *specular_texture;
-    const shd_texture *opacity_texture;
+    const shd_texture *opacity_texture, *normal_texture;
 } raw_material;
 
 /* ---- The library ---- */
@@ -189,6 +189,8 @@ static const shd_field material_fields[] = {
     {"side", shd_read_choice, AT(side), .choices = sides},
     {"specularAntialiasing", .read = shd_read_switch, .offset = AT(antialiased),
      .kinds = SHINY | FACETS | 1 << BARE},
+    {"normal", shd_read_normal_map, AT(normal_texture),
+     .kinds = SHINY | FACETS | OREN_NAYAR | 1 << BARE},
     {"opacity", shd_read_opacity, AT(opacity), .mark = OPACITY, .curve = AT(opacity_curve),
      .texture = AT(opacity_texture)},
     {"reflection", shd_read_bounced, .offset = AT(reflection), .curve = AT(reflection_curve)},
@@ -250,7 +252,8 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           .ambient_texture = raw->ambient_texture,
                           .diffuse_texture = raw->diffuse_texture,
                           .lobe_textures = made.textured ? made.textures : NULL,
-                          .opacity_texture = raw->alpha < 0 ? raw->opacity_texture : NULL};
+                          .opacity_texture = raw->alpha < 0 ? raw->opacity_texture : NULL,
+                          .normal_texture = raw->normal_texture};
     for (int c = 0; c < 3; c++) out->opacity[c] = raw->alpha < 0 ? raw->opacity[c] : raw->alpha;
     memcpy(out->reflection, raw->reflection, sizeof out->reflection);
     memcpy(out->transmission, raw->transmission, sizeof out->transmission);

@@ -21,6 +21,7 @@ typedef struct raw_pattern {
     const shd_space_info *space;
     int channel;
     double tint[3];
+    double scale;
 } raw_pattern;
 
 /* A scale of one number is that of both axes. */
@@ -83,21 +84,23 @@ static shd_pattern pattern_of(const raw_pattern *raw) {
                          .octaves = raw->kind == SHD_NOISE ? raw->octaves : 0};
 }
 
-/* A kind behind those of patterns: a picture of what is no color. */
-enum { PLAIN_PICTURE = SHD_PICTURE + 1 };
+/* Kinds behind those of patterns: pictures of what is no color, and of normals. */
+enum { PLAIN_PICTURE = SHD_PICTURE + 1, NORMAL_MAP };
 
 static bool read_members(shd_reader *r, const shd_node *node, int kind, raw_pattern *raw) {
     enum {
         PATTERNS = (1 << SHD_PATTERN_COUNT) - 1,
         COLORS = 1 << SHD_PICTURE,
-        PICTURES = COLORS | 1 << PLAIN_PICTURE
+        PICTURES = COLORS | 1 << PLAIN_PICTURE,
+        NORMALS = 1 << NORMAL_MAP
     };
     static const shd_range width = {0, 1, true, true, "between 0 and 1"},
-                           octaves = {1, 8, .text = "1 to 8"};
+                           octaves = {1, 8, .text = "1 to 8"},
+                           scale = {-1000, 1000, .text = "-1000 to 1000"};
     static const char *const channels[] = {"R", "G", "B", "A", NULL};
     static const shd_field fields[] = {
         {"pattern", .read = NULL, .kinds = PATTERNS},
-        {"texture", read_name, .offset = offsetof(raw_pattern, name), .kinds = PICTURES},
+        {"texture", read_name, .offset = offsetof(raw_pattern, name), .kinds = PICTURES | NORMALS},
         {"colors", read_colors, .offset = offsetof(raw_pattern, colors), .kinds = PATTERNS,
          .required = true},
         {"tint", shd_read_color, .offset = offsetof(raw_pattern, tint), .kinds = COLORS},
@@ -107,17 +110,20 @@ static bool read_members(shd_reader *r, const shd_node *node, int kind, raw_patt
         {"width", shd_read_number, offsetof(raw_pattern, width), 1u << SHD_GRID, .range = &width},
         {"octaves", shd_read_integer, offsetof(raw_pattern, octaves), 1u << SHD_NOISE,
          .range = &octaves},
+        {"scale", shd_read_number, offsetof(raw_pattern, scale), NORMALS, .range = &scale},
     };
-    static const char *const whats[] = {"a checker", "a grid",    "a gradient",
-                                        "a noise",   "a picture", "a picture of numbers"};
+    static const char *const whats[] = {"a checker",       "a grid",    "a gradient",
+                                        "a noise",         "a picture", "a picture of numbers",
+                                        "a map of normals"};
     const size_t errors = r->report->error_count;
     *raw = (raw_pattern){
         .uv = {.scale = {1, 1}, .wrap = kind >= SHD_PICTURE ? SHD_WRAP_REPEAT : SHD_WRAP_CLAMP},
-        .kind = kind == PLAIN_PICTURE ? SHD_PICTURE : kind,
+        .kind = kind > SHD_PICTURE ? SHD_PICTURE : kind,
         .width = 0.1,
         .octaves = 4,
         .channel = SHD_ALL_CHANNELS,
-        .tint = {1, 1, 1}};
+        .tint = {1, 1, 1},
+        .scale = 1};
     shd_read_fields(r, node, fields, SHD_LENGTH(fields), 1u << kind, whats[kind], raw);
     return r->report->error_count == errors;
 }
@@ -152,18 +158,21 @@ static const shd_pyramid *find_picture(shd_reader *r, const shd_node *node,
     return NULL;
 }
 
-static bool take_picture(shd_reader *r, const shd_node *node, bool is_color, raw_pattern *raw,
+/* `kind` is SHD_PICTURE, PLAIN_PICTURE or NORMAL_MAP. */
+static bool take_picture(shd_reader *r, const shd_node *node, int kind, raw_pattern *raw,
                          shd_pattern *out) {
     const shd_space_info *working = r->scene->working_space;
-    if (!read_members(r, node, is_color ? SHD_PICTURE : PLAIN_PICTURE, raw)) return false;
-    const bool converts = is_color || raw->space;
+    if (!read_members(r, node, kind, raw)) return false;
+    const bool converts = kind == SHD_PICTURE || raw->space;
     if (!raw->name || (converts && !working)) return false; /* which has been told */
-    const shd_picture_wish wish = {raw->name, raw->space, converts ? working : NULL};
+    const shd_picture_wish wish = {raw->name, raw->space, converts ? working : NULL,
+                                   kind == NORMAL_MAP, raw->scale};
     const shd_pyramid *picture = find_picture(r, node, &wish);
     *out = pattern_of(raw);
     out->picture = picture;
     /* Of a picture that is grey one component tells all. */
-    const bool all = raw->channel == SHD_ALL_CHANNELS && picture && picture->grey;
+    const bool all =
+        raw->channel == SHD_ALL_CHANNELS && kind != NORMAL_MAP && picture && picture->grey;
     out->channel = all ? 0 : raw->channel;
     return picture;
 }
@@ -183,7 +192,7 @@ static bool read_patterned(shd_reader *r, const shd_node *node, shd_texture *out
 
 static bool read_pictured(shd_reader *r, const shd_node *node, shd_texture *out) {
     raw_pattern raw;
-    if (!take_picture(r, node, true, &raw, &out->pattern)) return false;
+    if (!take_picture(r, node, SHD_PICTURE, &raw, &out->pattern)) return false;
     memcpy(out->high, raw.tint, sizeof out->high);
     out->name = raw.name;
     return true;
@@ -264,7 +273,7 @@ void shd_read_opacity_texture(shd_reader *r, const shd_node *node, void *out) {
     shd_texture *texture = shd_take(r, 1, sizeof *texture);
     if (!texture) return;
     if (json_object_get(node->value, "texture")) {
-        if (!take_picture(r, node, false, &raw, &texture->pattern)) return;
+        if (!take_picture(r, node, PLAIN_PICTURE, &raw, &texture->pattern)) return;
         for (int c = 0; c < 3; c++) texture->high[c] = 1;
         texture->name = raw.name;
     } else if (!read_patterned(r, node, texture)) {
@@ -281,6 +290,28 @@ void shd_read_opacity_texture(shd_reader *r, const shd_node *node, void *out) {
     if (!opaque && (r->scene->trace.depth > 0 || r->scene->trace.shadows)) *place = texture;
 }
 
+/* ---- Maps of normals ---- */
+
+void shd_read_normal_map(shd_reader *r, const shd_node *node, void *out) {
+    const shd_texture **place = out;
+    raw_pattern raw;
+    *place = NULL;
+    if (r->in_library) {
+        shd_wrong(r, node, "a material of the library has no map of normals");
+        return;
+    }
+    if (!json_object_get(node->value, "texture")) {
+        shd_wrong(r, node, "must be a picture of normals, {texture, scale, uv}%s",
+                  json_object_get(node->value, "pattern") ? ": patterns have none" : "");
+        return;
+    }
+    shd_texture *texture = shd_take(r, 1, sizeof *texture);
+    if (!texture || !take_picture(r, node, NORMAL_MAP, &raw, &texture->pattern)) return;
+    for (int c = 0; c < 3; c++) texture->high[c] = raw.scale;
+    texture->name = raw.name;
+    *place = texture;
+}
+
 /* ---- Materials and objects ---- */
 
 static bool same_texture(const shd_texture *a, const shd_texture *b) {
@@ -295,7 +326,8 @@ bool shd_same_textures(const shd_material *a, const shd_material *b) {
     if (!same_texture(a->emissive_texture, b->emissive_texture) ||
         !same_texture(a->ambient_texture, b->ambient_texture) ||
         !same_texture(a->diffuse_texture, b->diffuse_texture) ||
-        !same_texture(a->opacity_texture, b->opacity_texture) || a->lobe_count != b->lobe_count)
+        !same_texture(a->opacity_texture, b->opacity_texture) ||
+        !same_texture(a->normal_texture, b->normal_texture) || a->lobe_count != b->lobe_count)
         return false;
     for (size_t k = 0; k < a->lobe_count; k++)
         if (!same_texture(a->lobe_textures ? a->lobe_textures[k] : NULL,

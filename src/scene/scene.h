@@ -170,15 +170,18 @@ typedef struct shd_material {
     const shd_texture *const *lobe_textures; /* [lobe_count]; NULL: no lobe has one */
     /* The opacity, if it is one and the scene is traced; `opacity` is then the least of it. */
     const shd_texture *opacity_texture;
+    /* A map of normals: a picture whose texels are unit vectors (shd_picture_wish.normals), in the
+     * frame that shade/bump.h tells; `high` is its scale. NULL: normals are the surface's own. */
+    const shd_texture *normal_texture;
 } shd_material;
 
-/* Whether any of a material's coefficients is a pattern. */
+/* Whether any of a material's coefficients is a pattern, or its normal a map. */
 static inline bool shd_is_textured(const shd_material *m) {
     return m->emissive_texture || m->ambient_texture || m->diffuse_texture || m->lobe_textures ||
-           m->opacity_texture;
+           m->opacity_texture || m->normal_texture;
 }
 
-/* Whether they have the same patterns in the same colors. */
+/* Whether they have the same patterns in the same colors, and the same map of normals. */
 bool shd_same_textures(const shd_material *a, const shd_material *b);
 
 typedef enum shd_shape {
@@ -364,20 +367,6 @@ static inline bool shd_is_traced(const shd_scene *scene) {
 static inline bool shd_has_background(const shd_scene *scene) {
     return !scene->transparent || scene->background_alpha > 0;
 }
-
-/* How a document takes a picture. */
-typedef struct shd_picture_wish {
-    /* "sha256-" and the 64 digits of a file that was put, or the name of one of the operator's.
-     * Any text that a client has sent. */
-    const char *name;
-    /* The space of the picture's values, as the document tells it. NULL: the configuration's rules
-     * for files tell it by the file's name or format; where only their default matches, integers
-     * are sRGB and floats are linear in the role scene_linear. */
-    const shd_space_info *space;
-    /* The space that they are wanted in, the scene's working space. NULL: they are no color
-     * (normals, opacities), and stay as the file has them: codes become [0,1], floats stay. */
-    const shd_space_info *working;
-} shd_picture_wish;
 
 /* What a scene may name and does not have itself. All that it gives stays as long as the scene that
  * is read.

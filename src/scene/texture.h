@@ -8,6 +8,7 @@
 
 #include <stdbool.h>
 
+#include "base/catalog.h"
 #include "base/pyramid.h"
 
 typedef enum shd_pattern_kind {
@@ -41,6 +42,24 @@ typedef struct shd_texture {
     double low[3], high[3]; /* colors of the working space; of a picture 0 and its tint */
     const char *name;       /* of the picture, as the document has it; else NULL */
 } shd_texture;
+
+/* How a document takes a picture. */
+typedef struct shd_picture_wish {
+    /* "sha256-" and the 64 digits of a file that was put, or the name of one of the operator's.
+     * Any text that a client has sent. */
+    const char *name;
+    /* The space of the picture's values, as the document tells it. NULL: the configuration's rules
+     * for files tell it by the file's name or format; where only their default matches, integers
+     * are sRGB and floats are linear in the role scene_linear. */
+    const shd_space_info *space;
+    /* The space that they are wanted in, the scene's working space. NULL: they are no color
+     * (normals, opacities), and stay as the file has them: codes become [0,1], floats stay. */
+    const shd_space_info *working;
+    /* Whether they are wanted as normals: of v = 2 value - 1, (scale v.x, scale v.y, v.z) made
+     * unit, or (0, 0, 1) where that has no length. */
+    bool normals;
+    double scale;
+} shd_picture_wish;
 
 extern const char *const shd_pattern_names[]; /* by kind; ended by NULL */
 

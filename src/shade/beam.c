@@ -1,6 +1,5 @@
 #include "shade/beam.h"
 
-#include "shade/chart.h"
 #include "shade/texture.h"
 
 double shd_beam_width(const shd_scene *scene, double length) {
@@ -35,13 +34,18 @@ static void weigh_corners(const shd_chart *chart, shd_charted_point *point) {
     point->c = weights[1];
 }
 
+shd_charted_point shd_beam_point(const shd_chart *chart, const shd_beam *beam, shd_vec3 normal) {
+    shd_charted_point point = {
+        .position = beam->position, .normal = normal, .triangle = beam->triangle};
+    if (chart->object->shape == SHD_MESH) weigh_corners(chart, &point);
+    return point;
+}
+
 shd_footprint shd_beam_footprint(const shd_scene *scene, const shd_beam *beam) {
     const shd_chart chart = shd_chart_of(&scene->objects[beam->object]);
-    shd_charted_point point = {
-        .position = beam->position, .normal = beam->normal, .triangle = beam->triangle};
+    const shd_charted_point point = shd_beam_point(&chart, beam, beam->normal);
     shd_vec3 across[2];
     stand_across(beam->way, across);
-    if (chart.object->shape == SHD_MESH) weigh_corners(&chart, &point);
     const shd_seen_by ray = {.way = beam->way,
                              .right = shd_scale(across[0], beam->width),
                              .down = shd_scale(across[1], beam->width)};

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "plan/textures.h"
-#include "shade/wave.h"
+#include "shade/chart.h"
 
 /* A beam that meets a surface. */
 typedef struct shd_beam {
@@ -19,6 +19,9 @@ typedef struct shd_beam {
 double shd_beam_width(const shd_scene *scene, double length);
 
 shd_footprint shd_beam_footprint(const shd_scene *scene, const shd_beam *beam);
+
+/* The point where the beam meets the surface of the chart, as it has this normal. */
+shd_charted_point shd_beam_point(const shd_chart *chart, const shd_beam *beam, shd_vec3 normal);
 
 /* An opacity's texture over a footprint, in [0, 1]. */
 void shd_opacity_mean(const shd_texture *opacity, const shd_footprint *uv, double out[3]);

@@ -140,6 +140,101 @@ static shd_footprint footprint_on_shape(const shd_chart *chart, const shd_charte
                            {shd_dot(at.du, down), shd_dot(at.dv, down)}};
 }
 
+/* ---- Frames. ---- */
+
+/* dP/ds in the world, but for its length, of a chart's slope, and whether (s, t, N) is left-handed
+ * in the world for the front's N. */
+typedef struct slope {
+    shd_vec3 along, front; /* `front`: of any length */
+    bool mirrored;
+} slope;
+
+static double sign_of(double x) {
+    return (x > 0) - (x < 0);
+}
+
+static double triple(shd_vec3 a, shd_vec3 b, shd_vec3 c) {
+    return shd_dot(shd_cross(a, b), c);
+}
+
+/* Whether a gradient of the unit form points outward. */
+static bool points_outward(shd_shape shape, shd_vec3 p, shd_vec3 normal) {
+    if (shape == SHD_PLANE || shape == SHD_DISC) return normal.y > 0;
+    if (shape == SHD_TORUS) {
+        const double around = shd_larger(sqrt(p.x * p.x + p.z * p.z), LEAST);
+        p.x -= p.x / around;
+        p.z -= p.z / around;
+    }
+    return shd_dot(p, normal) > 0;
+}
+
+/* dP/ds goes where t stays: along the gradient of t times the normal. */
+static slope slope_on_shape(const shd_chart *chart, const shd_charted_point *point,
+                            const double map[2][3]) {
+    const double(*m)[3] = chart->to_world.linear;
+    const shd_vec3 p =
+        shd_linear(&chart->from_world, shd_sub(point->position, chart->to_world.origin));
+    shd_vec3 normal = shd_carry_normal(chart, point->normal);
+    const bool outward = points_outward(chart->object->shape, p, normal);
+    const place at = chart_shape(chart->object, p, normal);
+    if (!outward) normal = shd_scale(normal, -1);
+    const shd_vec3 ds = shd_madd(shd_scale(at.du, map[0][0]), at.dv, map[0][1]),
+                   dt = shd_madd(shd_scale(at.du, map[1][0]), at.dv, map[1][1]),
+                   column[3] = {{m[0][0], m[1][0], m[2][0]},
+                                {m[0][1], m[1][1], m[2][1]},
+                                {m[0][2], m[1][2], m[2][2]}};
+    const double turns = triple(ds, dt, normal), mirrors = triple(column[0], column[1], column[2]);
+    const shd_vec3 along = shd_linear(&chart->to_world, shd_cross(dt, normal));
+    return (slope){shd_scale(along, sign_of(turns)),
+                   outward ? point->normal : shd_scale(point->normal, -1),
+                   (turns < 0) != (mirrors < 0)};
+}
+
+static slope slope_on_mesh(const shd_chart *chart, const shd_charted_point *point,
+                           const double map[2][3]) {
+    const shd_mesh *mesh = chart->object->mesh;
+    const uint32_t *corner = mesh->indices + 3 * (size_t)point->triangle;
+    const shd_affine normals = shd_normal_map(&chart->to_world);
+    shd_vec3 side[2], n[3] = {{0, 0, 0}};
+    double st[2][2];
+    for (int k = 0; k < 2; k++) {
+        const double *from = mesh->uvs + 2 * (size_t)corner[0],
+                     *to = mesh->uvs + 2 * (size_t)corner[k + 1], u = to[0] - from[0],
+                     v = to[1] - from[1];
+        side[k] = shd_sub(shd_vec3_at(mesh->positions, corner[k + 1]),
+                          shd_vec3_at(mesh->positions, corner[0]));
+        for (int c = 0; c < 2; c++) st[k][c] = map[c][0] * u + map[c][1] * v;
+    }
+    shd_vec3 local = shd_cross(side[0], side[1]);
+    for (int k = 0; k < 2; k++) side[k] = shd_linear(&chart->to_world, side[k]);
+    for (int k = 0; mesh->normals && k < 3; k++)
+        shd_normalize(shd_vec3_at(mesh->normals, corner[k]), &n[k]);
+    if (mesh->normals)
+        local = shd_madd(shd_madd(shd_scale(n[0], 1 - point->b - point->c), n[1], point->b), n[2],
+                         point->c);
+    const shd_vec3 front = shd_linear(&normals, local);
+    const double turns = st[0][0] * st[1][1] - st[0][1] * st[1][0];
+    const shd_vec3 along = shd_madd(shd_scale(side[0], st[1][1]), side[1], -st[0][1]);
+    return (slope){shd_scale(along, sign_of(turns)), front,
+                   (turns < 0) != (triple(side[0], side[1], front) < 0)};
+}
+
+bool shd_chart_frame(const shd_chart *chart, const shd_charted_point *point, const double map[2][3],
+                     shd_tangent_frame *out) {
+    const bool mesh = chart->object->shape == SHD_MESH;
+    const slope s = (mesh ? slope_on_mesh : slope_on_shape)(chart, point, map);
+    const bool back = shd_dot(s.front, point->normal) < 0;
+    const shd_vec3 front = back ? shd_scale(point->normal, -1) : point->normal;
+    shd_vec3 along, across;
+    /* Unit first, so that lengths of any size are taken off alike. */
+    if (!shd_normalize(s.along, &along) ||
+        !shd_normalize(shd_madd(along, front, -shd_dot(along, front)), &across))
+        return false;
+    *out =
+        (shd_tangent_frame){across, shd_scale(shd_cross(front, across), s.mirrored ? -1 : 1), back};
+    return true;
+}
+
 void shd_step_weights(const shd_vec3 side[2], shd_vec3 step, double out[2]) {
     const double aa = shd_dot(side[0], side[0]), ab = shd_dot(side[0], side[1]),
                  bb = shd_dot(side[1], side[1]), a = shd_dot(step, side[0]),

@@ -34,6 +34,18 @@ typedef struct shd_seen_by {
 shd_footprint shd_chart_footprint(const shd_chart *chart, const shd_charted_point *point,
                                   const shd_seen_by *ray);
 
+/* The frame in which a map's normals are told (shade/bump.h): unit, at right angles to each other
+ * and to the normal of the surface's front. */
+typedef struct shd_tangent_frame {
+    shd_vec3 across, up;
+    bool back; /* the point's normal is that of the surface's back */
+} shd_tangent_frame;
+
+/* That of a picture whose (s, t) is `map` of the chart's (u, v, 1); the point's normal is unit.
+ * False: the chart has no directions there. */
+bool shd_chart_frame(const shd_chart *chart, const shd_charted_point *point, const double map[2][3],
+                     shd_tangent_frame *out);
+
 /* A covector of the world in the unit form's frame: the map's transpose carries it back. */
 shd_vec3 shd_carry_normal(const shd_chart *chart, shd_vec3 n);
 

@@ -44,7 +44,9 @@ typedef struct shd_points64 {
     const uint32_t *triangle; /* of meshes and faceted objects; NULL: nobody asks */
     double *shadowed;         /* to which the seconds of rays to lights are added; NULL: to none */
     /* [2 lobe] and [2 lobe + 1] at [sharp_at + point]: what a lobe's exponent or roughness is
-     * there, and what it is multiplied by (shade/bend.h); NULL: it is the material's own. */
+     * there, and what it is multiplied by (shade/bend.h); of a material with a map of normals, then
+     * [2 lobe_count + c]: the normal that the surface itself has. NULL: lobes are the material's
+     * own. */
     const double *const *sharp;
     size_t sharp_at;
 } shd_points64;
@@ -61,6 +63,14 @@ typedef struct shd_surface {
     size_t sharp_at;
     const double *opacity; /* [3]; NULL: the material's own */
 } shd_surface;
+
+/* The surface's own normal where a map has turned `normal`. */
+static inline shd_vec3 shd_flat_normal(const shd_surface *at) {
+    const shd_plan_material *m = at->material;
+    if (!m->normal) return at->normal;
+    const double *const *rows = at->sharp + 2 * m->lobe_count;
+    return (shd_vec3){rows[0][at->sharp_at], rows[1][at->sharp_at], rows[2][at->sharp_at]};
+}
 
 /* Points of one object that lie beside each other, and what is known of them together. */
 enum { SHD_CROWD = 64 };

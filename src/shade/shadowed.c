@@ -59,7 +59,9 @@ static void take_crowd(const shd_lighting *lighting, const shd_plan_material *ma
                             .view = lane_of(points->view, i),
                             .material = material,
                             .object = (size_t)points->object[i],
-                            .triangle = points->triangle ? points->triangle[i] : 0};
+                            .triangle = points->triangle ? points->triangle[i] : 0,
+                            .sharp = points->sharp,
+                            .sharp_at = points->sharp_at + i};
         at->mirror = shd_sub(shd_scale(at->normal, 2 * shd_dot(at->normal, at->view)), at->view);
     }
     c->crowd.count = count;

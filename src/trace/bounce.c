@@ -5,6 +5,7 @@
 #include "plan/parts.h"
 #include "shade/backdrop.h"
 #include "shade/beam.h"
+#include "shade/bump.h"
 #include "trace/stray.h"
 
 enum { DEPTH = 16, WAITING = 2 * DEPTH + 4 };
@@ -27,6 +28,7 @@ typedef struct path {
     double (*local)[3];                    /* [channels]; but for bins, the first is all */
     double *weights;                       /* [WAITING][channels] */
     step waiting[WAITING];
+    shd_sharp_point sharp; /* of the hit in hand, if its material has a map of normals */
     int waits;
     double through; /* the mean share of a transparent background */
     shd_bounced out;
@@ -249,10 +251,12 @@ static void follow_step(path *p, step *s) {
                            .triangle = met.triangle};
     surface.mirror = mirror(ray, surface.normal);
     s->length += met.t;
-    const double width = material->textures ? shd_beam_width(plan->scene, s->length) : 0;
+    const bool varies = material->textures || material->normal;
+    const double width = varies ? shd_beam_width(plan->scene, s->length) : 0;
     const shd_beam beam = {met.object, met.triangle, at.position, at.own, ray, width};
     double scratch[3];
     const double *opacity = shd_opacity_at(plan, &beam, scratch);
+    if (material->normal) shd_bump_beam(plan->scene, &beam, &p->sharp, &surface);
     b->local.light(b->local.context, p->scratch, &surface, &met, width, p->local);
     p->out.edge |= hit.ray.lost;
     if (!hit.ray.lost)
@@ -262,7 +266,7 @@ static void follow_step(path *p, step *s) {
     add_local(p, opacity, (const double(*)[3])p->local);
     if (!b->bounces[met.object]) return;
     s->ray = (shd_ray){at.position, ray, INFINITY, {(int32_t)met.object, met.triangle, at.own}};
-    const facing f = face_ray(ray, at.own, at.normal);
+    const facing f = face_ray(ray, at.own, surface.normal);
     go_on(p, s, ray, &f, met.object, opacity, &hit);
 }
 
@@ -295,7 +299,7 @@ shd_bounced shd_bounce(const shd_bouncing *b, void *scratch, double *room, const
     share_room(&p, room);
     const shd_vec3 ray = shd_scale(at->view, -1),
                    own = shd_outward_normal(b->caster, at->object, at->triangle, at->position,
-                                            at->normal);
+                                            shd_flat_normal(at));
     const double away = shd_length(shd_sub(at->position, b->plan->scene->camera.position));
     const step first = {
         .ray = {at->position, ray, INFINITY, {(int32_t)at->object, at->triangle, own}},

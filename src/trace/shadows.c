@@ -75,7 +75,7 @@ static void follow_ray(const shadow_map *map, shd_ray ray, in_the_way way, doubl
 /* The surface's own normal, on the side that is lit. */
 static shd_vec3 own_normal(const shadow_map *map, const shd_surface *at) {
     const shd_vec3 own = shd_own_normal(map->caster, at->object, at->triangle);
-    if (own.x == 0 && own.y == 0 && own.z == 0) return at->normal;
+    if (own.x == 0 && own.y == 0 && own.z == 0) return shd_flat_normal(at);
     const bool turned = !at->material->front_only && shd_dot(own, at->view) < 0;
     return turned ? shd_scale(own, -1) : own;
 }
@@ -204,7 +204,7 @@ static in_the_way narrow_way(const shadow_map *map, const shd_plan_light *light,
         if (count > SHD_OCCLUDERS_MOST) return way;
     }
     *alone = count == 0;
-    if (!shd_is_flat(&map->plan->scene->objects[object])) list[count++] = (uint32_t)object;
+    if (shd_shades_itself(map->plan, object)) list[count++] = (uint32_t)object;
     return (in_the_way){list, count, light->shape};
 }
 
@@ -254,7 +254,9 @@ const bool *shd_solid_objects(const shd_plan *plan, shd_arena *arena) {
 static const bool *find_convex(const shd_plan *plan, const shd_caster *caster, shd_arena *arena) {
     const size_t count = plan->scene->object_count;
     bool *convex = shd_arena_alloc(arena, count, sizeof *convex);
-    for (size_t i = 0; convex && i < count; i++) convex[i] = shd_is_convex(caster, i);
+    /* By the normal that is lit, which a map turns. */
+    for (size_t i = 0; convex && i < count; i++)
+        convex[i] = !plan->materials[plan->objects[i].material].normal && shd_is_convex(caster, i);
     return convex;
 }
 

@@ -56,11 +56,11 @@ class Features(unittest.TestCase):
         self.daemon.call("PUT", f"/v1/assets/{digest}", photo, {"Content-Type": "image/webp"})
         return self.daemon.post("/v1/fit", {"scene": scene, "photo": "sha256-" + digest})
 
-    def texture(self):
+    def texture(self, member="diffuse"):
         picture = self.daemon.render(SMALL).body
         digest = hashlib.sha256(picture).hexdigest()
         self.daemon.call("PUT", f"/v1/assets/{digest}", picture, {"Content-Type": "image/png"})
-        return self.daemon.render(with_material(diffuse={"texture": "sha256-" + digest}))
+        return self.daemon.render(with_material(**{member: {"texture": "sha256-" + digest}}))
 
     def put_scene(self):
         return self.daemon.call("PUT", "/v1/scenes", json.dumps(SMALL), {"Content-Type": "application/json"})
@@ -101,6 +101,7 @@ class Features(unittest.TestCase):
             "sweep": lambda: post("/v1/batch", {"scene": with_material(shininess=3),
                                                 "sweep": {"/objects/0/material/shininess": [3, 9]}}),
             "textures": self.texture,
+            "normal-maps": lambda: self.texture("normal"),
             "trace": lambda: render({**SMALL, "trace": {"shadows": True}}),
         }
 

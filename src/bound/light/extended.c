@@ -186,7 +186,8 @@ static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *
 
 bool shd_errs_otherwise(const shd_plan *plan) {
     if (!plan->extended) return false;
-    if (plan->scene->trace.depth || plan->bins || plan->scene->backdrop || plan->antialiased)
+    if (plan->scene->trace.depth || plan->bins || plan->scene->backdrop || plan->antialiased ||
+        plan->bumped)
         return true;
     for (size_t j = 0; j < plan->light_count; j++)
         if (plan->lights[j].shape || plan->lights[j].environment) return true;
@@ -228,6 +229,17 @@ static double find_steps(const shd_plan *plan, const shd_misplaced *own) {
     return span > 0 ? 1 + scene->trace.depth * (1 + span / own->span) : 1;
 }
 
+/* Whether points as far away as one likes have any normals, and a light that is somewhere. */
+static bool is_mapped_to_horizon(const shd_plan *plan, size_t index) {
+    const shd_plan_object *object = &plan->objects[index];
+    if (object->bounded || !plan->materials[object->material].normal) return false;
+    for (size_t j = 0; j < object->light_count; j++) {
+        const shd_plan_light *light = &plan->lights[object->lights[j]];
+        if (!light->directional && !light->environment) return true;
+    }
+    return false;
+}
+
 /* At any piece of the object. */
 static shd_brought look_at(const shd_plan *plan, size_t index, bool estimated, const double *noise,
                            double rounding) {
@@ -247,6 +259,7 @@ static shd_brought look_at(const shd_plan *plan, size_t index, bool estimated, c
     shd_piece pieces[SHD_MOST_PIECES];
     const size_t count = shd_plan_pieces(scene, index, bounds, FINENESS, plan->cancelled, pieces);
     shd_brought out = {0, 0};
+    if (count && is_mapped_to_horizon(plan, index)) return (shd_brought){INFINITY, INFINITY};
     for (size_t p = 0; p < count && !shd_is_cancelled(plan->cancelled); p++) {
         shd_begin_errors(&f.sums, &scene->objects[index]);
         for (size_t j = 0; j < bounds->light_count; j++)
@@ -303,7 +316,8 @@ static double picture_error(const shd_plan *plan, bool estimated, const double *
 }
 
 const char *shd_no_linear_bound(void) {
-    return "a light may touch a surface, or a value exceed what floats hold";
+    return "a light may touch a surface, a value exceed what floats hold, or a plane with a map of "
+           "normals have a light at some place";
 }
 
 double shd_extended_error(const shd_plan *plan) {

@@ -58,7 +58,11 @@ shd_misplaced shd_misplaced_of(const shd_scene *scene, const shd_place *place) {
     out.span += bounds->radius;
     out.moved = SHD_HIT_ROUNDING * out.span;
     out.grazing = GRAZING;
-    if (object->shape == SHD_DISC || object->shape == SHD_BOX) return out;
+    if (object->shape == SHD_DISC || object->shape == SHD_BOX) {
+        out.flat =
+            object->interpolation == SHD_PHONG && scene->materials[object->material].normal_texture;
+        return out;
+    }
     if (object->interpolation != SHD_PHONG || (object->shape == SHD_MESH && !object->mesh->normals))
         return out;
     out.smooth = object->shape == SHD_MESH;
@@ -74,7 +78,7 @@ double shd_misplaced_at(const shd_scene *scene, const shd_misplaced *m, const sh
     const bool orthographic = camera->projection == SHD_ORTHOGRAPHIC;
     *beyond = 0;
     if (light->directional) return 0;
-    if (!m->plane && (m->smooth || piece->spread.cosine < 1)) {
+    if (!m->plane && (m->smooth || (piece->spread.cosine < 1 && !m->flat))) {
         /* Of the mirrored view, and so of the view. */
         const shd_angle view = shd_angle_of(shd_dot(piece->axis, piece->mirror));
         const double facing = m->smooth ? 0 : shd_cosine_more(view, piece->glitter);

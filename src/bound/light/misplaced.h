@@ -10,6 +10,7 @@ typedef struct shd_misplaced {
     shd_vec3 point, normal;
     double span; /* the lengths on the way to its points, but for how far out on a plane they are */
     bool smooth; /* normals are of corners: they do not tell how flatly rays meet the surface */
+    bool flat;   /* a disc or a box with a map of normals: the axes of its pieces tell it */
     double moved;   /* off the surface, of points that are on no flat piece */
     double grazing; /* the least N.V of such that counts */
     double bend;    /* by how much the surface bends for each length; 0: it is flat */

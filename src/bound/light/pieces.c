@@ -381,6 +381,11 @@ static bool lets_through(const shd_scene *scene, const shd_object *object) {
     return scene->trace.depth && (opacity[0] != 1 || opacity[1] != 1 || opacity[2] != 1);
 }
 
+/* A map turns normals anywhere. The axis stays that of the surface's own. */
+static void turn_anywhere(shd_piece *pieces, size_t count) {
+    for (size_t p = 0; p < count; p++) pieces[p].spread = pieces[p].glitter = SHD_ANY_ANGLE;
+}
+
 size_t shd_plan_pieces(const shd_scene *scene, size_t index, const shd_plan_object *bounds,
                        int fineness, const atomic_bool *cancelled, shd_piece *out) {
     const shd_object *object = &scene->objects[index];
@@ -416,6 +421,7 @@ size_t shd_plan_pieces(const shd_scene *scene, size_t index, const shd_plan_obje
         m.sight = (far ? 0 : 1) - SHD_PIECE_MARGIN * shd_plan_length(m.eye);
     }
     add_shape(&m, object, fineness);
+    if (scene->materials[object->material].normal_texture) turn_anywhere(out, m.count);
     return m.count;
 }
 

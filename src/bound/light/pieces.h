@@ -42,7 +42,7 @@ typedef struct shd_piece {
     double radius;    /* infinite: the piece goes to a plane's horizon, and `center` is any point */
     double beyond;    /* no point is nearer to the camera's position */
     shd_vec3 axis;    /* unit; normals, turned as they are shaded, are around it */
-    shd_angle spread; /* no normal is farther from `axis` */
+    shd_angle spread; /* no normal is farther from `axis`; any may be, if there is a map of them */
     shd_vec3 mirror;  /* unit; the mirrored views W = 2(N.V)N - V are around it */
     shd_angle glitter; /* no W is farther from `mirror` */
 } shd_piece;

@@ -192,7 +192,7 @@ static double sharpness_error(const shd_plan_material *m, double shininess, doub
  * the eye does not see find it as it is. */
 static shd_weight weigh_widened(const shd_plan_material *m, double shininess, const shd_glance *g,
                                 size_t lights) {
-    const double widest = shd_widest(m->model, shininess);
+    const double widest = shd_widest(m, shininess);
     const shd_weight sharp = weigh_lobe(m, shininess, g, lights),
                      blunt = weigh_lobe(m, widest, g, lights);
     const double off = variance_error(shd_variance_of(m->model, shininess), g),
@@ -206,6 +206,6 @@ shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glan
     if (m->model == SHD_MODEL_WESTIN) return weigh_westin(m, g);
     if (term == 0) return weigh_diffuse(m, g);
     const double shininess = m->lobes[term - 1].shininess;
-    return m->antialiased ? weigh_widened(m, shininess, g, lights)
-                          : weigh_lobe(m, shininess, g, lights);
+    return m->pointwise ? weigh_widened(m, shininess, g, lights)
+                        : weigh_lobe(m, shininess, g, lights);
 }

@@ -136,12 +136,19 @@ static json_t *tell_texture(const shd_pattern *pattern, const char *name) {
                      "bytes", (json_int_t)bytes);
 }
 
-/* NULL: the material has no patterns. */
+static void tell_member(json_t *list, const shd_texture *texture, const char *member) {
+    json_t *told = tell_texture(&texture->pattern, texture->name);
+    json_object_set_new(told, "coefficient", json_string(member));
+    json_array_append_new(list, told);
+}
+
+/* NULL: the material has no patterns and no map of normals. */
 static json_t *tell_patterns(const shd_plan_material *material) {
     const shd_plan_textures *textures = material->textures;
-    if (!textures) return NULL;
+    const shd_texture *normal = material->normal;
+    if (!textures && !normal) return NULL;
     json_t *list = json_array();
-    for (size_t e = 0; e < textures->slot_count; e++) {
+    for (size_t e = 0; e < shd_material_slots(material); e++) {
         const shd_plan_slot *slot = &textures->slots[e];
         const char *of = slot->of == SHD_SLOT_EMISSIVE  ? "emissive"
                          : slot->of == SHD_SLOT_AMBIENT ? "ambient"
@@ -153,11 +160,8 @@ static json_t *tell_patterns(const shd_plan_material *material) {
             json_object_set_new(told, "lobe", json_integer((json_int_t)slot->term - 1));
         json_array_append_new(list, told);
     }
-    if (textures->opacity) {
-        json_t *told = tell_texture(&textures->opacity->pattern, textures->opacity->name);
-        json_object_set_new(told, "coefficient", json_string("opacity"));
-        json_array_append_new(list, told);
-    }
+    if (textures && textures->opacity) tell_member(list, textures->opacity, "opacity");
+    if (normal) tell_member(list, normal, "normal");
     return list;
 }
 

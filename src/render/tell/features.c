@@ -11,19 +11,30 @@
 /* What every build of this version has, if it is not told to keep nothing. Of each:
  * tests/e2e/features_test.py asks for it. */
 static const char *const names[] = {
-    "analyze", "assets",        "batch",    "bound-layer", "brdf",
-    "budget",  "codec-budget",  "compare",  "css-colors",  "diff",
-    "explain", "fit",           "layers",   "links",       "meshes",
-    "opacity", "outputs",       "patterns", "preview",     "region",
-    "scenes",  "shared-meshes", "sheet",    "spectral",    "specular-antialiasing",
-    "sweep",   "textures",      "trace",    "turntable",
+    "analyze",       "assets",
+    "batch",         "bound-layer",
+    "brdf",          "budget",
+    "codec-budget",  "compare",
+    "css-colors",    "diff",
+    "explain",       "fit",
+    "layers",        "links",
+    "meshes",        "normal-maps",
+    "opacity",       "outputs",
+    "patterns",      "preview",
+    "region",        "scenes",
+    "shared-meshes", "sheet",
+    "spectral",      "specular-antialiasing",
+    "sweep",         "textures",
+    "trace",         "turntable",
 };
 
 /* Whether it has nowhere to keep what the feature stands for. */
 static bool is_off(const shd_engine *engine, const char *name) {
     if (shd_store_load_of(engine->store).cap) return false;
     return !strcmp(name, "meshes") || (!strcmp(name, "scenes") && !engine->scenes_elsewhere) ||
-           ((!strcmp(name, "assets") || !strcmp(name, "textures")) && !engine->assets);
+           ((!strcmp(name, "assets") || !strcmp(name, "textures") ||
+             !strcmp(name, "normal-maps")) &&
+            !engine->assets);
 }
 
 static void tell_group(json_t *list, const char *group, const char *const *members) {

@@ -32,6 +32,7 @@ static void sort_hits(const shd_hits *from, const uint32_t *order, shd_hits *to)
     SORT_VECTORS(view);
     SORT(object);
     SORT(shot);
+    SORT(depth);
     SORT(triangle);
     SORT(u);
     SORT(v);
@@ -187,7 +188,7 @@ static void light_exactly(const shd_scenery *scenery, const lit_run *l, size_t p
     const shd_plan *plan = scenery->plan;
     shd_points64 points = points64_of(l->hits, l->first, l->count);
     points.shadowed = &s->shadowed;
-    if (l->material->antialiased) {
+    if (l->material->pointwise) {
         points.sharp = (const double *const *)s->sharp;
         points.sharp_at = l->first;
     }
@@ -333,8 +334,7 @@ static const shd_hits *light_hits(const shd_scenery *scenery, const shd_chunk *c
                      group->lights, group->light_count};
         if (l.material->textures)
             shd_textured_weigh(scenery, l.material->textures, hits, l.first, l.count, s);
-        if (l.material->antialiased)
-            shd_bent_sharpen(scenery, l.material, hits, l.first, l.count, s);
+        if (l.material->pointwise) shd_bent_sharpen(scenery, l.material, hits, l.first, l.count, s);
         if (is_for_bunches(plan, &l)) {
             light_from_afar(scenery, &l, chunk, s);
         } else {
@@ -411,8 +411,10 @@ static void sample_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_sc
     for (size_t done = 0; done < s->bundle_count;) {
         const shd_chunk c = shd_make_chunk(tile, s, done, samples);
         cast_shots(scenery, s, &c, watch);
-        if (scenery->data) store_data(scenery, s->now, s, film, tile);
+        const bool turned = scenery->plan->bumped; /* normals are complete once they are lit */
+        if (scenery->data && !turned) store_data(scenery, s->now, s, film, tile);
         const shd_hits *hits = light_hits(scenery, &c, s);
+        if (scenery->data && turned) store_data(scenery, hits, s, film, tile);
         if (scenery->traced) shd_trace_hits(scenery, hits, s, watch);
         if (samples == 1) {
             s->fragments.count = hits->count;

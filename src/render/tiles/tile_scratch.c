@@ -33,7 +33,8 @@ static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_sc
         s->opacity = shd_scratch_rows64(memory, 3, length);
         s->beam = shd_scratch_rows64(memory, plan->max_fields, 1);
     }
-    if (plan->antialiased) s->sharp = shd_scratch_rows64(memory, 2 * plan->max_lobes, length);
+    if (plan->antialiased || plan->bumped)
+        s->sharp = shd_scratch_rows64(memory, 2 * plan->max_lobes + 3, length);
     s->sums = shd_scratch_rows32(memory, shd_sum_of(plan, plan->plane_count, 0, 0), length);
     s->outs = shd_scratch_take(memory, rows, sizeof *s->outs);
     if (plan->scene->transparent && plan->scene->trace.depth)

@@ -52,7 +52,7 @@ typedef struct shd_tile_scratch {
     double **weights; /* [plan->max_patterns]: what a run's patterns are at its points */
     double **opacity; /* [3]: of each hit, if its material's is a texture and rays are followed */
     double **beam;    /* [plan->max_fields] of 1: what patterns are where a further ray ends */
-    double **sharp;   /* [2 max_lobes]: what lobes are at each hit (shd_points64), if they differ */
+    double **sharp;   /* [2 max_lobes + 3]: shd_points64.sharp of each hit, if lobes differ */
     uint32_t *which;  /* lights that may reach a run */
     shd_afar_scratch afar; /* of a plan that has bunches */
     /* What lights the run beside `which`, or none. */

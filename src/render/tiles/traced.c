@@ -66,8 +66,8 @@ static void light_point(const void *context, void *scratch, const shd_surface *a
                                 &index,
                                 &at->triangle,
                                 NULL,
-                                NULL,
-                                0};
+                                at->sharp,
+                                at->sharp_at};
     float mixed[3], *const to[3] = {&mixed[0], &mixed[1], &mixed[2]};
     shd_light_sums64(scenery->lighting, at->material, object->lights, object->light_count, &point,
                      at->material->has_diffuse ? s->exact : NULL, s->exact + 3);
@@ -153,7 +153,7 @@ static shd_surface surface_of(const shd_plan *plan, const shd_hits *hits, size_t
                       .material = &plan->materials[plan->objects[object].material],
                       .object = object,
                       .triangle = hits->triangle[i]};
-    if (at.material->antialiased) {
+    if (at.material->pointwise) {
         at.sharp = (const double *const *)s->sharp;
         at.sharp_at = i;
     }
