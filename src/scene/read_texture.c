@@ -311,8 +311,7 @@ void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *o
     if (object->interpolation != SHD_PHONG)
         shd_wrong(r, node, "a material with a pattern or a picture needs interpolation phong");
     if (object->shape == SHD_MESH && mesh && !mesh->uvs)
-        shd_wrong(r, node, "a material with a pattern or a picture needs `uvs` on a mesh%s",
-                  mesh->type ? ": what is built in has none" : "");
+        shd_wrong(r, node, "a material with a pattern or a picture needs `uvs` on a mesh");
     if (r->scene->spectral.channels)
         shd_wrong(r, node, "a spectral scene has no patterns and no pictures");
     const bool alone = !material->emissive_texture && !material->ambient_texture &&

@@ -99,7 +99,6 @@ static void patterns_need_a_chart_and_colors_that_multiply(void **state) {
          "/objects/0", "interpolation phong"},
         {OBJECT("'type': 'mesh', " CORNERS ", 'material': {" CHECKER "}"), "/objects/0",
          "needs `uvs`"},
-        {OBJECT("'type': 'teapot', 'material': {" CHECKER "}"), "/objects/0", "built in has none"},
         {"{'spectral': true, 'objects': [{'type': 'sphere', 'material': {" CHECKER "}}]}",
          "/objects/0", "spectral"},
         {OBJECT("'type': 'sphere', 'material': {'model': 'westin', 'microgeometry': {'type': "
