@@ -210,9 +210,11 @@ static bool make_materials(shd_plan *plan, const double ambient[3], double (*bin
             plan->antialiased && scene->materials[i].antialiased && lobes > 0;
     }
     plan->materials = materials;
-    for (size_t i = 0; plan->textured && i < scene->object_count; i++)
-        plan->charted |=
-            scene->objects[i].shape == SHD_MESH && materials[scene->objects[i].material].textures;
+    for (size_t i = 0; plan->textured && i < scene->object_count; i++) {
+        const shd_object *object = &scene->objects[i];
+        const bool triangles = object->shape == SHD_MESH || object->interpolation != SHD_PHONG;
+        plan->charted |= triangles && materials[object->material].textures;
+    }
     return true;
 }
 

@@ -98,6 +98,9 @@ typedef struct shd_plan_object {
 /* Objects that are lit alike: one material, one list of lights. */
 typedef struct shd_plan_group {
     size_t material;
+    /* Their light is interpolated from their faces or corners, and multiplied by patterns at each
+     * sample (tiles/facets.h); false: no pattern, or phong. */
+    bool faceted;
     const uint32_t *lights;
     size_t light_count;
 } shd_plan_group;
@@ -133,7 +136,7 @@ typedef struct shd_plan {
     size_t max_fields; /* of patterns of any material */
     bool textured;     /* some object has a pattern or a picture */
     bool hued;         /* and one of these has another field for each component of a color */
-    bool charted;      /* and one of these is a mesh, so that hits tell of triangles */
+    bool charted;      /* and one of these is a mesh or has faces, so that hits tell of triangles */
     bool antialiased;  /* some object's highlights are widened where it bends */
     bool bent_meshes;  /* and one of these is a mesh, so that hits tell of triangles */
     const shd_plan_object *objects; /* as shd_scene.objects */

@@ -308,8 +308,6 @@ void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *o
     const shd_material *material = &r->materials[object->material];
     if (!shd_is_textured(material)) return;
     const shd_mesh *mesh = object->mesh;
-    if (object->interpolation != SHD_PHONG)
-        shd_wrong(r, node, "a material with a pattern or a picture needs interpolation phong");
     if (object->shape == SHD_MESH && mesh && !mesh->uvs)
         shd_wrong(r, node, "a material with a pattern or a picture needs `uvs` on a mesh");
     if (r->scene->spectral.channels)

@@ -92,11 +92,6 @@ static void mistakes_in_pictures_are_pointed_to(void **state) {
 static void patterns_need_a_chart_and_colors_that_multiply(void **state) {
     (void)state;
     static const refusal cases[] = {
-        {OBJECT("'type': 'sphere', 'interpolation': 'flat', 'material': {" CHECKER "}"),
-         "/objects/0", "interpolation phong"},
-        {"{'interpolation': 'gouraud', 'materials': {'m': {" CHECKER "}}, 'objects': [{'type': "
-         "'sphere', 'material': 'm'}]}",
-         "/objects/0", "interpolation phong"},
         {OBJECT("'type': 'mesh', " CORNERS ", 'material': {" CHECKER "}"), "/objects/0",
          "needs `uvs`"},
         {"{'spectral': true, 'objects': [{'type': 'sphere', 'material': {" CHECKER "}}]}",

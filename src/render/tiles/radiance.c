@@ -107,3 +107,14 @@ void shd_mix_exact(const shd_plan *plan, const shd_plan_material *material, size
         for (int c = 0; c < 3; c++) out[c][i] = (float)radiance[c];
     }
 }
+
+void shd_add_slots(const shd_plan *plan, const shd_plan_material *material, size_t plane,
+                   double *const *sums, const double *const *weights, size_t count,
+                   double *const radiance[3]) {
+    const shd_part p = shd_part_of(plan, material, plane);
+    for (size_t i = 0; i < count; i++) {
+        double sum[3] = {radiance[0][i], radiance[1][i], radiance[2][i]};
+        add_slots(material, &p, plan->grey_lights, sums, weights, i, sum);
+        for (int c = 0; c < 3; c++) radiance[c][i] = sum[c];
+    }
+}

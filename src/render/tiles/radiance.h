@@ -27,3 +27,9 @@ size_t shd_plane_terms(const shd_plan *plan, const shd_plan_material *material, 
 void shd_mix_exact(const shd_plan *plan, const shd_plan_material *material, size_t plane,
                    double *const *sums, const double *const *weights, size_t count,
                    float *const out[3]);
+
+/* Adds what patterns do, if `radiance` [channel][count] is that of the material in its low colors.
+ */
+void shd_add_slots(const shd_plan *plan, const shd_plan_material *material, size_t plane,
+                   double *const *sums, const double *const *weights, size_t count,
+                   double *const radiance[3]);

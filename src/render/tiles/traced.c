@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "bound/light/extended.h"
+#include "render/tiles/facets.h"
 #include "render/tiles/radiance.h"
 #include "render/tiles/textured.h"
 #include "render/tiles/tinted.h"
@@ -18,6 +19,18 @@ typedef struct shd_traced {
 } shd_traced;
 
 /* ---- The local model where rays end. ---- */
+
+/* What patterns of a surface are to the beam that meets it: s->beam. */
+static void weigh_met(const shd_scenery *scenery, const shd_surface *at, const shd_meeting *met,
+                      double width, shd_tile_scratch *s) {
+    const shd_beam beam = {at->object,
+                           at->triangle,
+                           at->position,
+                           shd_met_place(scenery->traced->bouncing.caster, met).own,
+                           shd_scale(at->view, -1),
+                           width};
+    shd_textured_weigh_beam(scenery, at->material->textures, &beam, s);
+}
 
 /* The radiance of a faceted object: as the camera has it, with highlights where it sees them. */
 static void light_facets(const shd_scenery *scenery, const shd_facets *facets,
@@ -53,6 +66,11 @@ static void light_point(const void *context, void *scratch, const shd_surface *a
         light_emitter(emitter, at, out);
         return;
     }
+    if (facets && at->material->textures) {
+        weigh_met(scenery, at, met, width, s);
+        shd_facets_meet(scenery, met, s, out);
+        return;
+    }
     if (facets) {
         light_facets(scenery, facets, met, out);
         return;
@@ -71,16 +89,7 @@ static void light_point(const void *context, void *scratch, const shd_surface *a
     float mixed[3], *const to[3] = {&mixed[0], &mixed[1], &mixed[2]};
     shd_light_sums64(scenery->lighting, at->material, object->lights, object->light_count, &point,
                      at->material->has_diffuse ? s->exact : NULL, s->exact + 3);
-    if (at->material->textures) {
-        const shd_traced *traced = scenery->traced;
-        const shd_beam beam = {at->object,
-                               at->triangle,
-                               at->position,
-                               shd_met_place(traced->bouncing.caster, met).own,
-                               shd_scale(at->view, -1),
-                               width};
-        shd_textured_weigh_beam(scenery, at->material->textures, &beam, s);
-    }
+    if (at->material->textures) weigh_met(scenery, at, met, width, s);
     shd_mix_exact(scenery->plan, at->material, 0, s->exact, (const double *const *)s->beam, 1, to);
     for (int c = 0; c < 3; c++) out[c] = (double)mixed[c];
 }
