@@ -130,8 +130,11 @@ typedef struct shd_plan {
     size_t light_count;
     const shd_sheets *sheets; /* [light_count]: of faces whose planes the light is near; or NULL */
     const uint8_t *drops;     /* [scene->light_count]: SHD_DROP bits; 0: it is in `lights` */
-    const shd_plan_material *materials; /* as shd_scene.materials */
-    size_t max_lobes;                   /* of any material */
+    /* As shd_scene.materials, and behind these the parts of a spectral scene's (plan/textures.h).
+     */
+    const shd_plan_material *materials;
+    size_t part_count;
+    size_t max_lobes;  /* of any material */
     size_t max_terms;  /* of any material: the diffuse one, lobes, and slots of patterns */
     size_t max_fields; /* of patterns of any material */
     bool textured;     /* some object has a pattern or a picture */
@@ -190,7 +193,7 @@ typedef struct shd_plan {
     bool tinted;
     bool beyond;                   /* tinted, and an opacity is below 0 or above 1 in some bin */
     const double (*background)[3]; /* tinted: [bins->count], what each bin adds to the color */
-    /* [scene->material_count][light_count][1 + max_lobes][3]: shd_term_color's, or NULL. */
+    /* [shd_all_materials][light_count][1 + max_lobes][3]: shd_term_color's, or NULL. */
     const double *term_colors;
     /* For people and the Shaded-Plan header: "tier=standard; lights=3/4; error<=2.1e-06 linear, 1
      * code, 0.012 deltaE2000". Bounds that are not known are left out. "; asked=draft" follows a
@@ -222,6 +225,11 @@ bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_aren
 
 /* Makes the plan that was chosen. False: memory, or cancelled. */
 bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan **out);
+
+/* The length of plan->materials. */
+static inline size_t shd_all_materials(const shd_plan *plan) {
+    return plan->scene->material_count + plan->part_count;
+}
 
 /* Whether models beside Phong's are lit in f32. */
 static inline bool shd_has_models32(const shd_plan *plan) {

@@ -251,7 +251,7 @@ static void follow_step(path *p, step *s) {
     s->length += met.t;
     const double width = material->textures ? shd_beam_width(plan->scene, s->length) : 0;
     const shd_beam beam = {met.object, met.triangle, at.position, at.own, ray, width};
-    double scratch[3];
+    double scratch[SHD_BINS_MOST];
     const double *opacity = shd_opacity_at(plan, &beam, scratch);
     b->local.light(b->local.context, p->scratch, &surface, &met, width, p->local);
     p->out.edge |= hit.ray.lost;

@@ -94,8 +94,10 @@ static void patterns_need_a_chart_and_colors_that_multiply(void **state) {
     static const refusal cases[] = {
         {OBJECT("'type': 'mesh', " CORNERS ", 'material': {" CHECKER "}"), "/objects/0",
          "needs `uvs`"},
-        {"{'spectral': true, 'objects': [{'type': 'sphere', 'material': {" CHECKER "}}]}",
-         "/objects/0", "spectral"},
+        {"{'spectral': true, 'trace': {'shadows': true}, 'objects': [{'type': 'sphere', "
+         "'material': {'opacity': {'pattern': "
+         "'checker', 'colors': [0, [1, 1, 0.5]]}}}]}",
+         "/objects/0", "one number"},
         {OBJECT("'type': 'sphere', 'material': {'model': 'westin', 'microgeometry': {'type': "
                 "'grooves'}, " CHECKER "}"),
          "/objects/0", "westin"},

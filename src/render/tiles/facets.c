@@ -62,7 +62,7 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
                                      .triangle =
                                          facets->triangles ? facets->triangles + first : NULL,
                                      .shadowed = &s->shadowed};
-        shd_light_sums64(lighting, l->material, which, lights, &points, s->exact, s->exact + 3);
+        shd_sum_exactly(lighting, plan, l->material, which, lights, &points, s->exact);
         return;
     }
     shd_points32 points = {
@@ -84,7 +84,13 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
 
 /* Numbers of a point in a plane of an object whose material has patterns. */
 static size_t lit_size(const shd_plan_material *material) {
-    return 3 * (2 + material->lobe_count);
+    const size_t terms = 1 + material->lobe_count, parts = material->textures->part_count;
+    return 3 + 3 * terms * (parts ? parts - 1 : 1);
+}
+
+/* The first row of sums that patterns multiply: of a spectral scene, behind those of low colors. */
+static size_t first_sum(const shd_plan_material *material) {
+    return material->textures->part_count ? 3 * (1 + material->lobe_count) : 0;
 }
 
 static size_t channels_of(const shd_plan *plan) {
@@ -97,12 +103,13 @@ static void keep_lit(const facet_job *l, const facet_scratch *s, size_t plane, s
     const shd_plan *plan = l->scenery->plan;
     const size_t size = lit_size(l->material), channels = channels_of(plan);
     const bool exact = plan->tier == SHD_EXACT;
+    double *const *sums = s->exact + first_sum(l->material);
     double *out = l->lit + size * (first * plan->plane_count + plane);
     for (size_t i = 0; i < count; i++, out += size * plan->plane_count) {
         memset(out, 0, size * sizeof *out);
         for (int c = 0; exact && c < 3; c++) out[c] = (double)mixed[c][i];
         for (size_t k = 3; k < size; k++)
-            if (k % 3 < channels) out[k] = exact ? s->exact[k - 3][i] : (double)s->arrays[k - 3][i];
+            if (k % 3 < channels) out[k] = exact ? sums[k - 3][i] : (double)s->arrays[k - 3][i];
     }
 }
 
@@ -292,12 +299,14 @@ void shd_facets_sum(const shd_scenery *scenery, const shd_hits *hits, shd_run ru
     const shd_plan *plan = scenery->plan;
     const shd_plan_material *material = &plan->materials[plan->groups[run.group].material];
     const size_t size = lit_size(material);
-    double **low = plan->tier == SHD_EXACT ? s->exact + shd_sum_of(plan, 1, 0, 0) : NULL;
+    const bool exact = plan->tier == SHD_EXACT;
+    double **low = exact ? s->exact + shd_sum_of(plan, 1, 0, 0) : NULL,
+           **sums = exact ? s->exact + first_sum(material) : NULL;
     for (size_t p = 0; p < plan->plane_count; p++) {
         const bool own = p == 0 || plan->planes[p].kind == SHD_LAYER_LIGHT;
         if (low) {
             gather_lit(scenery, hits, run, p, 0, 3, low);
-            gather_lit(scenery, hits, run, own ? p : 0, 3, size, s->exact);
+            gather_lit(scenery, hits, run, own ? p : 0, 3, size, sums);
             shd_add_slots(plan, material, p, s->exact, (const double *const *)s->weights, run.count,
                           low);
             for (int c = 0; c < 3; c++) {
@@ -315,10 +324,10 @@ void shd_facets_meet(const shd_scenery *scenery, const shd_meeting *met, const s
     const shd_plan *plan = scenery->plan;
     const shd_plan_material *material = &plan->materials[plan->objects[met->object].material];
     const size_t size = lit_size(material);
-    double **low = s->exact + shd_sum_of(plan, 1, 0, 0);
+    double **low = s->exact + shd_sum_of(plan, 1, 0, 0), **sums = s->exact + first_sum(material);
     lit_place place = find_lit(scenery, met->object, met->triangle, met->u, met->v, size, 0);
     place.flat = false; /* to the bit as what has no patterns (traced.c) */
-    for (size_t k = 0; k < size; k++) *(k < 3 ? low[k] : s->exact[k - 3]) = lit_at(&place, k);
+    for (size_t k = 0; k < size; k++) *(k < 3 ? low[k] : sums[k - 3]) = lit_at(&place, k);
     shd_add_slots(plan, material, 0, s->exact, (const double *const *)s->beam, 1, low);
     for (int c = 0; c < 3; c++) out[c] = low[c][0];
 }

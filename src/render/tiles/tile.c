@@ -171,8 +171,7 @@ static void light_exactly(const shd_scenery *scenery, const lit_run *l, size_t p
         points.sharp_at = l->first;
     }
     const bool light = plan->planes[plane].kind == SHD_LAYER_LIGHT;
-    shd_light_sums64(scenery->lighting, l->material, l->which, l->lights, &points,
-                     l->material->has_diffuse ? s->exact : NULL, s->exact + 3);
+    shd_sum_exactly(scenery->lighting, plan, l->material, l->which, l->lights, &points, s->exact);
     for (size_t p = plane; p < plan->plane_count; p++) {
         if (light ? p > plane : plan->planes[p].kind == SHD_LAYER_LIGHT) continue;
         float *out[3];
