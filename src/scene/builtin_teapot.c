@@ -319,13 +319,15 @@ static void add_image(shd_pieces *out, const patch *p, bool in_x, bool in_y) {
     const uint32_t first = (uint32_t)out->vertex_count;
     const bool reversed = (in_x != in_y) == p->reversed;
     const double x = in_x ? -1 : 1, z = in_y ? -1 : 1, side = p->reversed ? -1 : 1;
+    double u[SIDE];
+    for (int c = 0; c <= SLICES; c++) u[c] = chart_column(p, c, in_x, in_y);
     for (int r = 0; r <= p->rows; r++) {
         for (int c = 0; c <= SLICES; c++) {
             shd_vec3 at, n;
             evaluate(p, r, c, &at, &n);
             shd_pieces_add(out, (shd_vec3){x * at.x, at.y, z * at.z},
-                           (shd_vec3){side * x * n.x, side * n.y, side * z * n.z},
-                           chart_column(p, c, in_x, in_y), p->v + p->step * r / p->rows);
+                           (shd_vec3){side * x * n.x, side * n.y, side * z * n.z}, u[c],
+                           p->v + p->step * r / p->rows);
         }
     }
     for (uint32_t r = 0; r < (uint32_t)p->rows; r++) {
