@@ -218,7 +218,8 @@ static double light_of(const shd_plan *plan, size_t index, const shd_kernel_cost
     const shd_plan_object *lit = &plan->objects[index];
     const double lobes = (double)plan->materials[lit->material].lobe_count;
     const double slower = slower_samples[plan->isa];
-    if (plan->scene->objects[index].interpolation != SHD_PHONG) return SAMPLE * slower + FACET;
+    if (plan->scene->objects[index].interpolation != SHD_PHONG)
+        return SAMPLE * slower + FACET + patterns_of(&plan->materials[lit->material]);
     const double sample = slower * ((is_wide(plan, tier) ? WIDE_SAMPLE : SAMPLE) +
                                     (tier == SHD_EXACT ? EXACT_SAMPLE : 0)) +
                           patterns_of(&plan->materials[lit->material]);

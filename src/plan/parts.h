@@ -45,6 +45,9 @@ bool shd_plan_tinted(shd_plan *plan, shd_arena *arena);
 bool shd_plan_tint(shd_plan *plan, double (*ambient)[3], shd_arena *arena,
                    shd_plan_material *material);
 
+/* The most in each bin of any color whose components are no larger than these. */
+void shd_bins_lift_most(const shd_bins *bins, const double rgb[3], double *out);
+
 bool shd_same_tint(const shd_plan_material *x, const shd_plan_material *y);
 
 /* The most that bins add to any channel, whatever of each of them arrives, up to all. */

@@ -200,16 +200,33 @@ static void note_textures(shd_plan *plan, const shd_plan_textures *textures) {
     if (textures->field_count > plan->max_fields) plan->max_fields = textures->field_count;
 }
 
-static bool make_materials(shd_plan *plan, const double ambient[3], double (*bins)[3],
-                           shd_arena *arena) {
+/* Adds the parts of a spectral scene's material. False: memory. */
+static bool add_parts(shd_plan *plan, const shd_ambience *ambient, shd_arena *arena,
+                      const shd_plan_material *material, shd_plan_material *materials) {
+    const size_t count = material->textures ? material->textures->part_count : 0;
+    for (size_t k = 0; k < count; k++, plan->part_count++) {
+        shd_plan_material *part = &materials[shd_all_materials(plan)];
+        if (!shd_plan_part(plan, ambient, k, arena, material, part)) return false;
+    }
+    const size_t terms = (1 + material->lobe_count) * count;
+    if (terms > plan->max_terms) plan->max_terms = terms;
+    return true;
+}
+
+static bool make_materials(shd_plan *plan, const shd_ambience *ambient, shd_arena *arena) {
+    enum { PARTS = 4 };
     const shd_scene *scene = plan->scene;
-    shd_plan_material *materials = shd_arena_alloc(arena, scene->material_count, sizeof *materials);
+    size_t room = scene->material_count;
+    for (size_t i = 0; plan->bins && i < scene->material_count; i++)
+        if (shd_is_textured(&scene->materials[i])) room += PARTS;
+    shd_plan_material *materials = shd_arena_alloc(arena, room, sizeof *materials);
     if (!materials) return false;
     for (size_t i = 0; i < scene->material_count; i++) {
-        if (!plan_material(&scene->materials[i], ambient, arena, &materials[i]) ||
-            !shd_plan_material_bins(plan, bins, arena, &materials[i]) ||
-            !shd_plan_tint(plan, bins, arena, &materials[i]) ||
-            !shd_plan_textures_make(ambient, arena, &materials[i]))
+        if (!plan_material(&scene->materials[i], ambient->rgb, arena, &materials[i]) ||
+            !shd_plan_material_bins(plan, ambient->bins, arena, &materials[i]) ||
+            !shd_plan_tint(plan, ambient->bins, arena, &materials[i]) ||
+            !shd_plan_textures_make(plan, ambient, shd_all_materials(plan), arena, &materials[i]) ||
+            !add_parts(plan, ambient, arena, &materials[i], materials))
             return false;
         const size_t lobes = materials[i].lobe_count,
                      terms = 1 + lobes + shd_material_slots(&materials[i]);
@@ -222,9 +239,11 @@ static bool make_materials(shd_plan *plan, const double ambient[3], double (*bin
         materials[i].pointwise = materials[i].antialiased || materials[i].normal;
     }
     plan->materials = materials;
-    for (size_t i = 0; plan->textured && i < scene->object_count; i++)
-        plan->charted |=
-            scene->objects[i].shape == SHD_MESH && materials[scene->objects[i].material].textures;
+    for (size_t i = 0; plan->textured && i < scene->object_count; i++) {
+        const shd_object *object = &scene->objects[i];
+        const bool triangles = object->shape == SHD_MESH || object->interpolation != SHD_PHONG;
+        plan->charted |= triangles && materials[object->material].textures;
+    }
     return true;
 }
 
@@ -237,14 +256,14 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
     *plan = (shd_plan){
         .scene = scene, .isa = isa, .whole = whole, .max_terms = 1, .cancelled = cancelled};
 
-    double ambient[3], (*bins)[3];
+    shd_ambience ambient;
     size_t count = 0, around = 0;
-    if (!shd_plan_bins(plan, &bins, arena) || !shd_plan_tinted(plan, arena)) return false;
-    memcpy(ambient, scene->ambient, sizeof ambient);
+    if (!shd_plan_bins(plan, &ambient.bins, arena) || !shd_plan_tinted(plan, arena)) return false;
+    memcpy(ambient.rgb, scene->ambient, sizeof ambient.rgb);
     for (size_t i = 0; i < scene->light_count; i++) {
         const shd_light *light = &scene->lights[i];
-        for (int c = 0; c < 3; c++) ambient[c] += light->ambient[c];
-        if (!shd_plan_ambient_bins(plan, light, bins)) return false;
+        for (int c = 0; c < 3; c++) ambient.rgb[c] += light->ambient[c];
+        if (!shd_plan_ambient_bins(plan, light, ambient.bins)) return false;
         if (light->type == SHD_LIGHT_AMBIENT)
             drops[i] = SHD_DROP_AMBIENT;
         else if (shd_is_black(light->color))
@@ -263,7 +282,7 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
         plan->antialiased || plan->bumped || is_beyond_points(scene, lights, count);
     plan->extended = plan->beyond_points || has_models(scene);
     plan->models32 = has_models32(plan, lights, count);
-    if (!plan_planes(scene, arena, plan) || !make_materials(plan, ambient, bins, arena) ||
+    if (!plan_planes(scene, arena, plan) || !make_materials(plan, &ambient, arena) ||
         !arrange_lights(plan, lights, count, drops, arena))
         return false;
     *out = plan;

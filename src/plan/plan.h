@@ -100,6 +100,9 @@ typedef struct shd_plan_object {
 /* Objects that are lit alike: one material, one list of lights. */
 typedef struct shd_plan_group {
     size_t material;
+    /* Their light is interpolated from their faces or corners, and multiplied by patterns at each
+     * sample (tiles/facets.h); false: no pattern, or phong. */
+    bool faceted;
     const uint32_t *lights;
     size_t light_count;
 } shd_plan_group;
@@ -129,13 +132,17 @@ typedef struct shd_plan {
     size_t light_count;
     const shd_sheets *sheets; /* [light_count]: of faces whose planes the light is near; or NULL */
     const uint8_t *drops;     /* [scene->light_count]: SHD_DROP bits; 0: it is in `lights` */
-    const shd_plan_material *materials; /* as shd_scene.materials */
-    size_t max_lobes;                   /* of any material */
+    /* As shd_scene.materials, and behind these the parts of a spectral scene's (plan/textures.h).
+     */
+    const shd_plan_material *materials;
+    size_t part_count;
+    size_t max_lobes;  /* of any material */
     size_t max_terms;  /* of any material: the diffuse one, lobes, and slots of patterns */
     size_t max_fields; /* of patterns of any material */
     bool textured;     /* some object has a pattern or a picture */
     bool hued;         /* and one of these has another field for each component of a color */
-    bool charted;      /* one of these, or a map of normals, is on a mesh: hits tell of triangles */
+    /* One of these, or a map of normals, is on a mesh or on faces: hits tell of triangles. */
+    bool charted;
     bool antialiased;  /* some object's highlights are widened where it bends */
     bool bent_meshes;  /* and one of these is a mesh, so that hits tell of triangles */
     bool bumped;       /* some object has a map of normals: what follows from its own normals alone
@@ -191,7 +198,7 @@ typedef struct shd_plan {
     bool tinted;
     bool beyond;                   /* tinted, and an opacity is below 0 or above 1 in some bin */
     const double (*background)[3]; /* tinted: [bins->count], what each bin adds to the color */
-    /* [scene->material_count][light_count][1 + max_lobes][3]: shd_term_color's, or NULL. */
+    /* [shd_all_materials][light_count][1 + max_lobes][3]: shd_term_color's, or NULL. */
     const double *term_colors;
     /* For people and the Shaded-Plan header: "tier=standard; lights=3/4; error<=2.1e-06 linear, 1
      * code, 0.012 deltaE2000". Bounds that are not known are left out. "; asked=draft" follows a
@@ -223,6 +230,11 @@ bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_aren
 
 /* Makes the plan that was chosen. False: memory, or cancelled. */
 bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan **out);
+
+/* The length of plan->materials. */
+static inline size_t shd_all_materials(const shd_plan *plan) {
+    return plan->scene->material_count + plan->part_count;
+}
 
 /* Whether models beside Phong's are lit in f32. */
 static inline bool shd_has_models32(const shd_plan *plan) {

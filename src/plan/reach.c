@@ -137,20 +137,24 @@ static uint8_t find_drop(const reach *r, const shd_plan_object *object,
 static bool same_group(const void *things, size_t x, size_t y) {
     const shd_plan_group *a = (const shd_plan_group *)things + x,
                          *b = (const shd_plan_group *)things + y;
-    return a->material == b->material && a->light_count == b->light_count &&
+    return a->material == b->material && a->faceted == b->faceted &&
+           a->light_count == b->light_count &&
            (a->lights == b->lights ||
             !memcmp(a->lights, b->lights, a->light_count * sizeof *a->lights));
 }
 
 /* Joins the group of the object's material and the list. The list of a new group is copied, unless
  * it has all lights. False: memory. */
-static bool join_group(reach *r, shd_plan_object *object, const uint32_t *list, size_t count,
+static bool join_group(reach *r, size_t index, const uint32_t *list, size_t count,
                        shd_arena *arena) {
+    shd_plan_object *object = &r->objects[index];
+    const bool faceted = r->plan->materials[object->material].textures &&
+                         r->plan->scene->objects[index].interpolation != SHD_PHONG;
     if (count == r->count) list = r->all;
     /* Lists of all lights are known to be equal without reading them. */
     const size_t read = count == r->count ? 0 : count;
     uint64_t hash = XXH3_64bits_withSeed(list, read * sizeof *list, object->material);
-    r->groups[r->group_count] = (shd_plan_group){object->material, list, count};
+    r->groups[r->group_count] = (shd_plan_group){object->material, faceted, list, count};
     object->group = first_equal(&r->table, hash, r->group_count);
     object->light_count = count;
     if (object->group < r->group_count) return true;
@@ -178,7 +182,7 @@ static bool find_lists(reach *r, shd_arena *arena) {
         const bool lit = material->has_diffuse || material->lobe_count;
         if (plan->whole || (lit && !few)) {
             all_used = true;
-            if (!join_group(r, object, r->all, r->count, arena)) return false;
+            if (!join_group(r, i, r->all, r->count, arena)) return false;
             continue;
         }
         size_t count = 0;
@@ -191,7 +195,7 @@ static bool find_lists(reach *r, shd_arena *arena) {
             r->used[j] = true;
             list[count++] = (uint32_t)j;
         }
-        if (!join_group(r, object, list, count, arena)) return false;
+        if (!join_group(r, i, list, count, arena)) return false;
     }
     for (size_t j = 0; all_used && j < r->count; j++) r->used[j] = true;
     return true;

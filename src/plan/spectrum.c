@@ -62,6 +62,23 @@ static void reflect(const shd_bins *bins, const shd_curve *curve, const double r
         shd_bins_lift(bins, rgb, out);
 }
 
+void shd_bins_lift_most(const shd_bins *bins, const double rgb[3], double *out) {
+    double one[SHD_BINS_MOST];
+    memset(out, 0, bins->count * sizeof *out);
+    for (int i = 0; i < 3; i++) {
+        shd_bins_lift(bins, (const double[3]){i == 0, i == 1, i == 2}, one);
+        for (size_t b = 0; b < bins->count; b++) out[b] += fabs(rgb[i] * one[b]);
+    }
+}
+
+static void reflect_term(const shd_bins *bins, const shd_texture *texture, const shd_curve *curve,
+                         const double rgb[3], double *out) {
+    if (texture)
+        shd_bins_lift_most(bins, rgb, out);
+    else
+        reflect(bins, curve, rgb, out);
+}
+
 /* A curve's means in bins, or three channels' values, as reflectances are lifted. */
 static void find_index(const shd_bins *bins, const shd_curve *curve, const double rgb[3],
                        double *out) {
@@ -115,15 +132,19 @@ bool shd_plan_material_bins(const shd_plan *plan, double (*ambient)[3], shd_aren
         shd_bins_add_light(bins, from->emissive_curve, light);
         shd_bins_mix(n, NULL, (const double(*)[3])light, material->emissive);
     }
-    reflect(bins, from->ambient_curve, from->ambient, reflectance);
+    reflect_term(bins, from->ambient_texture, from->ambient_curve, from->ambient, reflectance);
     shd_bins_mix(n, reflectance, (const double(*)[3])ambient, material->ambient);
+    for (size_t b = 0; from->ambient_texture && b < n; b++)
+        for (int c = 0; c < 3; c++) /* of colors that may cancel each other, no part does */
+            material->ambient[c] += reflectance[b] * (fabs(ambient[b][c]) - ambient[b][c]);
     material->has_ambient = !shd_is_black(material->ambient);
-    reflect(bins, from->diffuse_curve, from->diffuse, rows);
+    reflect_term(bins, from->diffuse_texture, from->diffuse_curve, from->diffuse, rows);
     size_t k = 0;
     for (size_t i = 0; i < from->lobe_count; i++) {
         const double *specular = from->lobes[i].specular;
         if (shd_is_black(specular)) continue; /* as in the plan's list */
-        reflect(bins, from->lobe_curves ? from->lobe_curves[i] : NULL, specular, rows + ++k * n);
+        reflect_term(bins, from->lobe_textures ? from->lobe_textures[i] : NULL,
+                     from->lobe_curves ? from->lobe_curves[i] : NULL, specular, rows + ++k * n);
         lobes[k - 1] = material->lobes[k - 1];
         for (int c = 0; c < 3; c++) lobes[k - 1].specular[c] = 1;
     }
@@ -147,7 +168,7 @@ static void mix_term(const shd_plan *plan, const shd_plan_material *material,
 }
 
 bool shd_plan_term_colors(shd_plan *plan, shd_arena *arena) {
-    const size_t materials = plan->scene->material_count, lights = plan->light_count,
+    const size_t materials = shd_all_materials(plan), lights = plan->light_count,
                  terms = 1 + plan->max_lobes;
     plan->term_colors = NULL;
     if (!plan->bins || !materials || !lights || materials > MOST_KEPT / terms / lights) return true;

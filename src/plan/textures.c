@@ -5,6 +5,8 @@
 #include "plan/parts.h"
 
 typedef struct making {
+    const shd_plan *plan;
+    const shd_ambience *ambient;
     shd_plan_slot *slots;
     shd_pattern *patterns;
     shd_plan_textures *out;
@@ -12,6 +14,23 @@ typedef struct making {
 
 static bool is_negative(const double color[3]) {
     return color[0] < 0 || color[1] < 0 || color[2] < 0;
+}
+
+/* In bins what is ambient is not a product of colors, and terms have their colors in the sums. */
+static void spread_slot(const making *m, const shd_texture *texture, shd_plan_slot *slot,
+                        double low[3]) {
+    const shd_bins *bins = m->plan->bins;
+    double reflectance[SHD_BINS_MOST];
+    for (size_t part = 0; part <= 3; part++) {
+        double *out = part ? slot->rises[part - 1] : low;
+        shd_texture_part(texture, part, out);
+        if (slot->of == SHD_SLOT_TERM)
+            out[0] = out[1] = out[2] = 1;
+        else if (slot->of == SHD_SLOT_AMBIENT) {
+            shd_bins_lift(bins, out, reflectance);
+            shd_bins_mix(bins->count, reflectance, (const double(*)[3])m->ambient->bins, out);
+        }
+    }
 }
 
 /* Adds a slot unless it is black, and sets the low color: times `by`, or 1 if that is NULL. */
@@ -42,6 +61,9 @@ static void add_slot(making *m, const shd_texture *texture, shd_slot_of of, size
     out->grey = out->grey && fields == 1 && shd_is_grey(low) && shd_is_grey(high);
     out->negative = out->negative || is_negative(ends[0]) || is_negative(ends[1]);
     out->slot_count++;
+    if (!m->plan->bins) return;
+    spread_slot(m, texture, slot, low);
+    if (out->part_count < 1 + (size_t)fields) out->part_count = 1 + (size_t)fields;
 }
 
 /* Lobes that are black are not among the plan's. */
@@ -57,12 +79,14 @@ static void add_lobes(making *m, const shd_material *from, const shd_plan_materi
     }
 }
 
-bool shd_plan_textures_make(const double ambient[3], shd_arena *arena,
-                            shd_plan_material *material) {
+bool shd_plan_textures_make(const shd_plan *plan, const shd_ambience *ambient, size_t parts,
+                            shd_arena *arena, shd_plan_material *material) {
     const shd_material *from = material->from;
     if (!shd_is_textured(from)) return true;
     const size_t most = 3 + material->lobe_count;
-    making m = {.slots = shd_arena_alloc(arena, most, sizeof *m.slots),
+    making m = {.plan = plan,
+                .ambient = ambient,
+                .slots = shd_arena_alloc(arena, most, sizeof *m.slots),
                 .patterns = shd_arena_alloc(arena, most, sizeof *m.patterns),
                 .out = shd_arena_zalloc(arena, 1, sizeof *m.out)};
     shd_plan_material *low = shd_arena_alloc(arena, 1, sizeof *low);
@@ -73,16 +97,50 @@ bool shd_plan_textures_make(const double ambient[3], shd_arena *arena,
     if (from->emissive_texture && material->has_emissive)
         add_slot(&m, from->emissive_texture, SHD_SLOT_EMISSIVE, 0, NULL, low->emissive);
     if (from->ambient_texture && material->has_ambient)
-        add_slot(&m, from->ambient_texture, SHD_SLOT_AMBIENT, 0, ambient, low->ambient);
+        add_slot(&m, from->ambient_texture, SHD_SLOT_AMBIENT, 0, ambient->rgb, low->ambient);
     if (from->diffuse_texture && material->has_diffuse)
         add_slot(&m, from->diffuse_texture, SHD_SLOT_TERM, 0, NULL, low->diffuse);
     add_lobes(&m, from, material, lobes);
     m.out->negative = m.out->negative || is_negative(low->emissive) || is_negative(low->ambient);
     low->lobes = lobes;
+    m.out->parts = parts;
     m.out->low = low;
     m.out->slots = m.slots;
     m.out->patterns = m.patterns;
     m.out->opacity = from->opacity_texture;
     if (m.out->slot_count || m.out->opacity) material->textures = m.out;
     return true;
+}
+
+/* ---- Parts. ---- */
+
+/* A term's reflectance in a part: of a color that is no texture, all is in the low part. */
+static void reflect_part(const shd_bins *bins, const shd_texture *texture, size_t part,
+                         const double *own, double *out) {
+    double color[3];
+    if (texture) {
+        shd_texture_part(texture, part, color);
+        shd_bins_lift(bins, color, out);
+        return;
+    }
+    for (size_t b = 0; b < bins->count; b++) out[b] = part == 0 ? own[b] : 0;
+}
+
+bool shd_plan_part(const shd_plan *plan, const shd_ambience *ambient, size_t part, shd_arena *arena,
+                   const shd_plan_material *material, shd_plan_material *out) {
+    const shd_material *from = material->from;
+    const shd_bins *bins = plan->bins;
+    double *rows = shd_arena_alloc(arena, material->bin_count, sizeof *rows);
+    if (!rows || shd_is_cancelled(plan->cancelled)) return false;
+    *out = *material;
+    out->textures = NULL;
+    out->bins = rows;
+    reflect_part(bins, from->diffuse_texture, part, material->bins, rows);
+    for (size_t i = 0, k = 0; i < from->lobe_count; i++) {
+        if (shd_is_black(from->lobes[i].specular)) continue;
+        const shd_texture *texture = from->lobe_textures ? from->lobe_textures[i] : NULL;
+        k++;
+        reflect_part(bins, texture, part, material->bins + k * bins->count, rows + k * bins->count);
+    }
+    return shd_plan_part_tint(plan, ambient, part, arena, material, out);
 }

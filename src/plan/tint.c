@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "plan/parts.h"
+#include "plan/textures.h"
 
 static bool is_tinted(const shd_scene *scene) {
     for (size_t i = 0; i < scene->material_count; i++) {
@@ -39,6 +40,17 @@ static void lift(const shd_bins *bins, const shd_curve *curve, const double rgb[
     for (size_t b = 0; b < bins->count; b++) out[b] = rgb[0];
 }
 
+/* The most that a texture whose larger colors are given sends in each bin. */
+static void add_most(const shd_bins *bins, const double rgb[3], double (*out)[3]) {
+    double one[SHD_BINS_MOST][3];
+    for (int i = 0; i < 3; i++) {
+        memset(one, 0, bins->count * sizeof *one);
+        shd_bins_add_lifted(bins, (const double[3]){i == 0, i == 1, i == 2}, one);
+        for (size_t b = 0; b < bins->count; b++)
+            for (int c = 0; c < 3; c++) out[b][c] += fabs(rgb[i] * one[b][c]);
+    }
+}
+
 bool shd_plan_tint(shd_plan *plan, double (*ambient)[3], shd_arena *arena,
                    shd_plan_material *material) {
     static const double SLACK = 1e-9; /* decimals of the primaries */
@@ -56,10 +68,14 @@ bool shd_plan_tint(shd_plan *plan, double (*ambient)[3], shd_arena *arena,
     lift(bins, from->transmission_curve, from->transmission, block + 2 * n);
     if (from->emissive_curve)
         shd_bins_add_light(bins, from->emissive_curve, colors);
+    else if (from->emissive_texture)
+        add_most(bins, from->emissive, colors);
     else
         shd_bins_add_lifted(bins, from->emissive, colors);
     if (from->ambient_curve)
         shd_bins_reflect(bins, from->ambient_curve, reflectance);
+    else if (from->ambient_texture)
+        shd_bins_lift_most(bins, from->ambient, reflectance);
     else
         shd_bins_lift(bins, from->ambient, reflectance);
     for (size_t b = 0; b < n; b++) {
@@ -71,6 +87,38 @@ bool shd_plan_tint(shd_plan *plan, double (*ambient)[3], shd_arena *arena,
     *tint = (shd_tint){block, block + n, block + 2 * n, (const double(*)[3])colors,
                        (const double(*)[3])(colors + n)};
     material->tint = tint;
+    return true;
+}
+
+bool shd_plan_part_tint(const shd_plan *plan, const shd_ambience *ambient, size_t part,
+                        shd_arena *arena, const shd_plan_material *material,
+                        shd_plan_material *out) {
+    const shd_bins *bins = plan->bins;
+    const shd_material *from = material->from;
+    const size_t n = bins->count;
+    if (!plan->tinted) return true;
+    double(*colors)[3] = shd_arena_zalloc(arena, 2 * n, sizeof *colors), color[3],
+    reflectance[SHD_BINS_MOST];
+    shd_tint *tint = shd_arena_alloc(arena, 1, sizeof *tint);
+    if (!colors || !tint) return false;
+    if (from->emissive_texture) {
+        shd_texture_part(from->emissive_texture, part, color);
+        shd_bins_add_lifted(bins, color, colors);
+    } else if (part == 0) {
+        memcpy(colors, material->tint->emissive, n * sizeof *colors);
+    }
+    if (from->ambient_texture) {
+        shd_texture_part(from->ambient_texture, part, color);
+        shd_bins_lift(bins, color, reflectance);
+        for (size_t b = 0; b < n; b++)
+            for (int c = 0; c < 3; c++) colors[n + b][c] = reflectance[b] * ambient->bins[b][c];
+    } else if (part == 0) {
+        memcpy(colors + n, material->tint->ambient, n * sizeof *colors);
+    }
+    *tint = *material->tint;
+    tint->emissive = (const double(*)[3])colors;
+    tint->ambient = (const double(*)[3])(colors + n);
+    out->tint = tint;
     return true;
 }
 

@@ -8,13 +8,13 @@
 
 /* Tells a draft of the tables that its materials have. False: memory. */
 static bool add_tables(const shd_westin *const *tables, shd_arena *arena, const shd_plan **draft) {
-    const size_t count = (*draft)->scene->material_count;
+    const size_t count = (*draft)->scene->material_count, all = shd_all_materials(*draft);
     if (!tables) return true;
     shd_plan *plan = shd_arena_alloc(arena, 1, sizeof *plan);
-    shd_plan_material *materials = shd_arena_alloc(arena, count, sizeof *materials);
+    shd_plan_material *materials = shd_arena_alloc(arena, all, sizeof *materials);
     if (!plan || !materials) return false;
     *plan = **draft;
-    memcpy(materials, plan->materials, count * sizeof *materials);
+    memcpy(materials, plan->materials, all * sizeof *materials);
     for (size_t m = 0; m < count; m++)
         if (tables[m]) materials[m].table = &tables[m]->limits;
     plan->materials = materials;

@@ -14,6 +14,7 @@ const shd_mesh *shd_builtin_mesh(shd_builtin which, shd_arena *arena) {
                        .positions = &p.positions[0].x,
                        .normals = &p.normals[0].x,
                        .indices = p.indices[0],
+                       .uvs = p.uvs[0],
                        .low = low,
                        .high = high,
                        .type = shd_shape_names[SHD_SHAPE_COUNT + which]};

@@ -4,8 +4,8 @@
 
 #include "scene/scene.h"
 
-/* Makes the mesh in an arena, with unit normals, closed, its corners counterclockwise from outside.
- * NULL: the arena is full. Any thread. */
+/* Makes the mesh in an arena, with unit normals and the chart that docs/textures.md tells, closed,
+ * its corners counterclockwise from outside. NULL: the arena is full. Any thread. */
 const shd_mesh *shd_builtin_mesh(shd_builtin which, shd_arena *arena);
 
 /* ---- For those that make them ---- */
@@ -13,6 +13,7 @@ const shd_mesh *shd_builtin_mesh(shd_builtin which, shd_arena *arena);
 /* Vertices and triangles, with room for those that were asked for. */
 typedef struct shd_pieces {
     shd_vec3 *positions, *normals;
+    double (*uvs)[2];
     uint32_t (*indices)[3];
     size_t vertex_count, triangle_count;
 } shd_pieces;
@@ -20,7 +21,7 @@ typedef struct shd_pieces {
 bool shd_pieces_new(size_t vertices, size_t triangles, shd_arena *arena, shd_pieces *out);
 
 /* Returns the index of the new vertex. */
-uint32_t shd_pieces_add(shd_pieces *pieces, shd_vec3 position, shd_vec3 normal);
+uint32_t shd_pieces_add(shd_pieces *pieces, shd_vec3 position, shd_vec3 normal, double u, double v);
 
 /* Adds the triangles of a quadrilateral, whose corners are the first row's two and then, in the
  * same direction, the second row's; seen from outside, rows run down if columns run to the right.

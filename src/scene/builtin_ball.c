@@ -3,7 +3,7 @@
  * and lines that meet without a bend, which are revolved. */
 #include "scene/builtin.h"
 
-enum { SLICES = 96, MOST = 128 /* points of a profile */ };
+enum { SLICES = 96, COLUMNS = SLICES + 1 /* of points */, MOST = 128 /* points of a profile */ };
 
 /* Of radii: the groove's half width, its edges, its corners and the core; the stand's foot, its
  * edge, and its throat. */
@@ -66,26 +66,41 @@ static void make_stand(profile *p) {
     add_point(p, 0, LOW, 0, -1);
 }
 
-/* Revolves a profile, and tilts it about z and then about x. */
+/* The way along the profile to each of its points, of the whole, from its last point on. */
+static void chart_rows(const profile *p, double v[MOST]) {
+    v[p->count - 1] = 0;
+    for (int i = p->count - 2; i >= 0; i--)
+        v[i] = v[i + 1] + hypot(p->r[i] - p->r[i + 1], p->y[i] - p->y[i + 1]);
+    for (int i = p->count - 1; i >= 0; i--) v[i] /= v[0];
+}
+
+/* Revolves a profile, and tilts it about z and then about x. Its chart begins and ends at -z, where
+ * points are told twice; the last of its columns is the middle one's neighbor. */
 static void revolve(const profile *p, double z, double x, shd_pieces *out) {
+    enum { HALF = SLICES / 2 };
     const uint32_t first = (uint32_t)out->vertex_count;
     const shd_affine turn = {{{cos(z), -sin(z), 0},
                               {cos(x) * sin(z), cos(x) * cos(z), -sin(x)},
                               {sin(x) * sin(z), sin(x) * cos(z), cos(x)}},
                              {0, 0, 0}};
+    double v[MOST];
+    chart_rows(p, v);
     for (int i = 0; i < p->count; i++) {
-        for (int k = 0; k < SLICES; k++) {
+        for (int column = 0; column < COLUMNS; column++) {
+            const int k = column > HALF ? column - 1 : column;
             const double s = sin(2 * SHD_PI * k / SLICES), c = cos(2 * SHD_PI * k / SLICES);
             const shd_vec3 at = {p->r[i] * s, p->y[i], p->r[i] * c},
                            normal = {p->nr[i] * s, p->ny[i], p->nr[i] * c};
-            shd_pieces_add(out, shd_linear(&turn, at), shd_linear(&turn, normal));
+            shd_pieces_add(out, shd_linear(&turn, at), shd_linear(&turn, normal),
+                           (k - (column > HALF ? HALF : -HALF)) / (double)SLICES, v[i]);
         }
     }
     for (uint32_t i = 0; i + 1 < (uint32_t)p->count; i++) {
         for (uint32_t k = 0; k < SLICES; k++) {
-            const uint32_t a = first + i * SLICES, next = (k + 1) % SLICES;
-            shd_pieces_quad(out, (uint32_t[]){a + k, a + next},
-                            (uint32_t[]){a + SLICES + k, a + SLICES + next});
+            const uint32_t a = first + i * COLUMNS, column = k < HALF ? k : k + 1,
+                           next = (column + 1) % COLUMNS;
+            shd_pieces_quad(out, (uint32_t[]){a + column, a + next},
+                            (uint32_t[]){a + COLUMNS + column, a + COLUMNS + next});
         }
     }
 }
@@ -94,8 +109,8 @@ bool shd_make_ball(shd_arena *arena, shd_pieces *out) {
     profile sphere = {.count = 0}, stand = {.count = 0};
     make_sphere(&sphere);
     make_stand(&stand);
-    const size_t points = (size_t)(sphere.count + stand.count) * SLICES;
-    if (!shd_pieces_new(points, 2 * points, arena, out)) return false;
+    const size_t rows = (size_t)(sphere.count + stand.count);
+    if (!shd_pieces_new(rows * COLUMNS, 2 * rows * SLICES, arena, out)) return false;
     revolve(&sphere, -0.3, 0.42, out);
     revolve(&stand, 0, 0, out);
     return true;

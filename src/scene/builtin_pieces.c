@@ -4,12 +4,16 @@ bool shd_pieces_new(size_t vertices, size_t triangles, shd_arena *arena, shd_pie
     *out = (shd_pieces){
         .positions = shd_arena_alloc(arena, vertices, sizeof *out->positions),
         .normals = shd_arena_alloc(arena, vertices, sizeof *out->normals),
+        .uvs = shd_arena_alloc(arena, vertices, sizeof *out->uvs),
         .indices = shd_arena_alloc(arena, triangles, sizeof *out->indices),
     };
-    return out->positions && out->normals && out->indices;
+    return out->positions && out->normals && out->uvs && out->indices;
 }
 
-uint32_t shd_pieces_add(shd_pieces *pieces, shd_vec3 position, shd_vec3 normal) {
+uint32_t shd_pieces_add(shd_pieces *pieces, shd_vec3 position, shd_vec3 normal, double u,
+                        double v) {
+    pieces->uvs[pieces->vertex_count][0] = u;
+    pieces->uvs[pieces->vertex_count][1] = v;
     pieces->positions[pieces->vertex_count] = position;
     pieces->normals[pieces->vertex_count] = (shd_vec3){0, 1, 0};
     shd_normalize(normal, &pieces->normals[pieces->vertex_count]);

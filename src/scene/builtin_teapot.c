@@ -152,66 +152,106 @@ static const double UNIT = 200000, HALF = 157500;
 
 typedef struct patch {
     int point[4][4];
-    int rows;      /* slices along the first index, 1 if it is straight */
-    bool in_x;     /* mirrored in x, too, as all are in y */
-    bool reversed; /* its corners run clockwise from outside */
+    int rows;       /* slices along the first index, 1 if it is straight */
+    bool in_x;      /* mirrored in x, too, as all are in y */
+    bool reversed;  /* its corners run clockwise from outside */
+    double v, step; /* of the chart: at the first row, and from there to the last one */
 } patch;
 
 static const patch patches[] = {
     /* rim, body, lid, bottom */
-    {{{102, 103, 104, 105}, {4, 5, 6, 7}, {8, 9, 10, 11}, {12, 13, 14, 15}}, SLICES, true, false},
-    {{{12, 13, 14, 15}, {16, 17, 18, 19}, {20, 21, 22, 23}, {24, 25, 26, 27}}, SLICES, true, false},
-    {{{24, 25, 26, 27}, {29, 30, 31, 32}, {33, 34, 35, 36}, {37, 38, 39, 40}}, SLICES, true, false},
+    {{{102, 103, 104, 105}, {4, 5, 6, 7}, {8, 9, 10, 11}, {12, 13, 14, 15}},
+     SLICES,
+     true,
+     false,
+     1,
+     -0.25},
+    {{{12, 13, 14, 15}, {16, 17, 18, 19}, {20, 21, 22, 23}, {24, 25, 26, 27}},
+     SLICES,
+     true,
+     false,
+     0.75,
+     -0.25},
+    {{{24, 25, 26, 27}, {29, 30, 31, 32}, {33, 34, 35, 36}, {37, 38, 39, 40}},
+     SLICES,
+     true,
+     false,
+     0.5,
+     -0.25},
     {{{96, 96, 96, 96}, {97, 98, 99, 100}, {101, 101, 101, 101}, {0, 1, 2, 3}},
      SLICES,
      true,
-     false},
+     false,
+     1,
+     -0.5},
     {{{0, 1, 2, 3}, {106, 107, 108, 109}, {110, 111, 112, 113}, {114, 115, 116, 117}},
      SLICES,
      true,
-     false},
+     false,
+     0.5,
+     -0.5},
     {{{118, 118, 118, 118}, {124, 122, 119, 121}, {123, 126, 125, 120}, {40, 39, 38, 37}},
      SLICES,
      true,
-     false},
+     false,
+     0,
+     0.25},
     /* handle, spout */
     {{{41, 42, 43, 44}, {45, 46, 47, 48}, {49, 50, 51, 52}, {53, 54, 55, 56}},
      SLICES,
      false,
-     false},
+     false,
+     1,
+     -0.5},
     {{{53, 54, 55, 56}, {57, 58, 59, 60}, {61, 62, 63, 64}, {28, 65, 66, 67}},
      SLICES,
      false,
-     false},
+     false,
+     0.5,
+     -0.5},
     {{{68, 69, 70, 71}, {72, 73, 74, 75}, {76, 77, 78, 79}, {80, 81, 82, 83}},
      SLICES,
      false,
-     false},
+     false,
+     0,
+     0.5},
     {{{80, 81, 82, 83}, {84, 85, 86, 87}, {88, 89, 90, 91}, {92, 93, 94, 95}},
      SLICES,
      false,
-     false},
+     false,
+     0.5,
+     0.5},
     /* What closes it: straight from the first row of points to the last. */
     {{{114, 115, 116, 117}, {102, 103, 104, 105}, {114, 115, 116, 117}, {102, 103, 104, 105}},
      1,
      true,
-     false},
+     false,
+     1,
+     -1},
     {{{127, 127, 127, 127}, {41, 42, 43, 44}, {127, 127, 127, 127}, {41, 42, 43, 44}},
      1,
      false,
-     false},
+     false,
+     1,
+     -1},
     {{{28, 65, 66, 67}, {128, 128, 128, 128}, {28, 65, 66, 67}, {128, 128, 128, 128}},
      1,
      false,
-     false},
+     false,
+     1,
+     -1},
     {{{129, 129, 129, 129}, {68, 69, 70, 71}, {129, 129, 129, 129}, {68, 69, 70, 71}},
      1,
      false,
-     false},
+     false,
+     1,
+     -1},
     {{{92, 93, 94, 95}, {130, 130, 130, 130}, {92, 93, 94, 95}, {130, 130, 130, 130}},
      1,
      false,
-     false},
+     false,
+     1,
+     -1},
 };
 
 enum { PATCHES = sizeof patches / sizeof patches[0], COPIES = 6 * 4 + 4 * 2 + 4 + 4 * 2 };
@@ -264,17 +304,30 @@ static void evaluate(const patch *p, int r, int c, shd_vec3 *position, shd_vec3 
     *normal = (shd_vec3){n3.x, n3.z, -n3.y};
 }
 
+/* u at column c: once around the y axis, from -z over +z's middle, by a quarter a patch; or once
+ * around a tube, from its lower or inner side, by a half. Seen from outside with v up, it grows to
+ * the right. */
+static double chart_column(const patch *p, int c, bool in_x, bool in_y) {
+    const double part = (p->step < 0 ? SLICES - c : c) / (double)SLICES;
+    if (!p->in_x) return in_y ? (1 - part) / 2 : (1 + part) / 2;
+    const double turn = in_x == in_y ? part / 4 : -part / 4;
+    return in_y ? (in_x ? turn : 1 + turn) : 0.5 + turn;
+}
+
 /* One of the patch's mirror images. */
 static void add_image(shd_pieces *out, const patch *p, bool in_x, bool in_y) {
     const uint32_t first = (uint32_t)out->vertex_count;
     const bool reversed = (in_x != in_y) == p->reversed;
     const double x = in_x ? -1 : 1, z = in_y ? -1 : 1, side = p->reversed ? -1 : 1;
+    double u[SIDE];
+    for (int c = 0; c <= SLICES; c++) u[c] = chart_column(p, c, in_x, in_y);
     for (int r = 0; r <= p->rows; r++) {
         for (int c = 0; c <= SLICES; c++) {
             shd_vec3 at, n;
             evaluate(p, r, c, &at, &n);
             shd_pieces_add(out, (shd_vec3){x * at.x, at.y, z * at.z},
-                           (shd_vec3){side * x * n.x, side * n.y, side * z * n.z});
+                           (shd_vec3){side * x * n.x, side * n.y, side * z * n.z}, u[c],
+                           p->v + p->step * r / p->rows);
         }
     }
     for (uint32_t r = 0; r < (uint32_t)p->rows; r++) {

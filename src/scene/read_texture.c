@@ -336,17 +336,30 @@ bool shd_same_textures(const shd_material *a, const shd_material *b) {
     return true;
 }
 
+static bool is_one_number(const shd_texture *texture) {
+    double ends[2][3];
+    if (!texture) return true;
+    shd_texture_ends(texture, ends);
+    for (int e = 0; e < 2; e++)
+        for (int c = 1; c < 3; c++)
+            if (ends[e][c] != ends[e][0]) return false;
+    return shd_pattern_fields(&texture->pattern) == 1;
+}
+
 void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *object) {
     const shd_material *material = &r->materials[object->material];
     if (!shd_is_textured(material)) return;
     const shd_mesh *mesh = object->mesh;
-    if (object->interpolation != SHD_PHONG)
-        shd_wrong(r, node, "a material with a pattern or a picture needs interpolation phong");
     if (object->shape == SHD_MESH && mesh && !mesh->uvs)
-        shd_wrong(r, node, "a material with a pattern or a picture needs `uvs` on a mesh%s",
-                  mesh->type ? ": what is built in has none" : "");
-    if (r->scene->spectral.channels)
-        shd_wrong(r, node, "a spectral scene has no patterns and no pictures");
+        shd_wrong(r, node, "a material with a pattern or a picture needs `uvs` on a mesh");
+    if (r->scene->spectral.channels && !is_one_number(material->opacity_texture))
+        shd_wrong(r, node,
+                  "in a spectral scene an opacity that is a pattern or a picture is one number: "
+                  "give greys, or a `channel`");
+    if (material->normal_texture && object->interpolation != SHD_PHONG)
+        shd_wrong(r, node, "a map of normals needs interpolation phong");
+    if (material->normal_texture && r->scene->spectral.channels)
+        shd_wrong(r, node, "a spectral scene has no maps of normals");
     const bool alone = !material->emissive_texture && !material->ambient_texture &&
                        !material->diffuse_texture && !material->lobe_textures;
     if (material->model == SHD_MODEL_WESTIN && !alone)

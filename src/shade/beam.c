@@ -62,11 +62,13 @@ void shd_opacity_mean(const shd_texture *opacity, const shd_footprint *uv, doubl
     }
 }
 
-const double *shd_opacity_at(const shd_plan *plan, const shd_beam *beam, double scratch[3]) {
+const double *shd_opacity_at(const shd_plan *plan, const shd_beam *beam, double *scratch) {
     const shd_plan_material *m = &plan->materials[plan->objects[beam->object].material];
     if (!m->textures || !m->textures->opacity)
         return shd_coefficients_of(plan, beam->object).opacity;
     const shd_footprint uv = shd_beam_footprint(plan->scene, beam);
-    shd_opacity_mean(m->textures->opacity, &uv, scratch);
+    double mean[3];
+    shd_opacity_mean(m->textures->opacity, &uv, mean);
+    for (size_t c = 0; c < shd_ray_channels(plan); c++) scratch[c] = mean[plan->tinted ? 0 : c];
     return scratch;
 }

@@ -26,5 +26,6 @@ shd_charted_point shd_beam_point(const shd_chart *chart, const shd_beam *beam, s
 /* An opacity's texture over a footprint, in [0, 1]. */
 void shd_opacity_mean(const shd_texture *opacity, const shd_footprint *uv, double out[3]);
 
-/* The opacity of the object there: a texture's, or the plan's own, which is returned as it is. */
-const double *shd_opacity_at(const shd_plan *plan, const shd_beam *beam, double scratch[3]);
+/* The opacity of the object there, in the channels that rays carry: a texture's, for which
+ * `scratch` has room, or the plan's own, which is returned as it is. */
+const double *shd_opacity_at(const shd_plan *plan, const shd_beam *beam, double *scratch);

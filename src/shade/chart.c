@@ -36,6 +36,15 @@ static place chart_sphere(shd_vec3 p) {
     return out;
 }
 
+/* The same on its faces, which are not perpendicular to the radius. */
+static place chart_cut_sphere(shd_vec3 p) {
+    place out = chart_sphere(p);
+    const double around = shd_larger(sqrt(p.x * p.x + p.z * p.z), LEAST),
+                 by = 1 / (SHD_PI * shd_dot(p, p)), radial = -p.y / around * by;
+    out.dv = (shd_vec3){radial * p.x, around * by, radial * p.z};
+    return out;
+}
+
 static place chart_torus(shd_vec3 p) {
     place out;
     const double around = shd_larger(sqrt(p.x * p.x + p.z * p.z), LEAST), out_by = around - 1,
@@ -80,7 +89,7 @@ static place chart_box(shd_vec3 p, shd_vec3 normal) {
 static place chart_shape(const shd_object *object, shd_vec3 p, shd_vec3 normal) {
     switch (object->shape) {
     case SHD_SPHERE:
-        return chart_sphere(p);
+        return object->interpolation == SHD_PHONG ? chart_sphere(p) : chart_cut_sphere(p);
     case SHD_DISC:
         return chart_flat(p, 2, false);
     case SHD_BOX:

@@ -15,9 +15,10 @@ shd_chart shd_chart_of(const shd_object *object);
 
 /* A point of the surface. */
 typedef struct shd_charted_point {
-    shd_vec3 position, normal; /* world frame; the normal of either side, of a mesh interpolated */
-    uint32_t triangle;         /* of a mesh */
-    double b, c;               /* weights of its second and third corner */
+    /* World frame; the normal of either side, of a mesh interpolated, of a shape's faces theirs. */
+    shd_vec3 position, normal;
+    uint32_t triangle; /* of a mesh */
+    double b, c;       /* weights of its second and third corner */
 } shd_charted_point;
 
 /* The ray that sees it: the way there from the eye (orthographic: any length of it), by how much

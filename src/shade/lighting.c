@@ -146,7 +146,7 @@ static const shd_wide_light *pack_all_wide(const shd_plan *plan, shd_vec3 origin
 
 /* NULL: memory is short. */
 static const shd_packed_energy *const *pack_energies(const shd_plan *plan, shd_arena *arena) {
-    const size_t count = plan->extended ? plan->scene->material_count : 0;
+    const size_t count = plan->extended ? shd_all_materials(plan) : 0;
     const shd_packed_energy **all = shd_arena_zalloc(arena, count, sizeof *all);
     for (size_t m = 0; all && m < count; m++) {
         const shd_plan_material *from = &plan->materials[m];
@@ -179,7 +179,7 @@ static bool pack_mix(const shd_plan *plan, const shd_plan_material *material, sh
 /* 5 MB at most, or none at all. False: memory is short. */
 static bool pack_mixes(const shd_plan *plan, shd_arena *arena, const shd_packed_mix *const **out) {
     enum { MOST = 1 << 16 };
-    const size_t count = plan->scene->material_count, terms = 1 + plan->max_lobes;
+    const size_t count = shd_all_materials(plan), terms = 1 + plan->max_lobes;
     *out = NULL;
     if (!plan->term_colors || count > MOST / terms / plan->light_count) return true;
     const shd_packed_mix **all = shd_arena_zalloc(arena, count, sizeof *all);

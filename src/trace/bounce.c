@@ -254,7 +254,7 @@ static void follow_step(path *p, step *s) {
     const bool varies = material->textures || material->normal;
     const double width = varies ? shd_beam_width(plan->scene, s->length) : 0;
     const shd_beam beam = {met.object, met.triangle, at.position, at.own, ray, width};
-    double scratch[3];
+    double scratch[SHD_BINS_MOST];
     const double *opacity = shd_opacity_at(plan, &beam, scratch);
     if (material->normal) shd_bump_beam(plan->scene, &beam, &p->sharp, &surface);
     b->local.light(b->local.context, p->scratch, &surface, &met, width, p->local);

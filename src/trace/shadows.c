@@ -36,7 +36,7 @@ static void share_all(const shadow_map *map, double *share) {
 
 /* Multiplies the share by what is let through where the beam meets an object. False: nothing is. */
 static bool dim(const shadow_map *map, const shd_beam *at, double *share) {
-    double scratch[3];
+    double scratch[SHD_BINS_MOST];
     const double *opacity = shd_opacity_at(map->plan, at, scratch);
     bool any = false;
     for (size_t c = 0; c < map->channels; c++) {

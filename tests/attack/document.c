@@ -24,6 +24,12 @@ static real item(const json_t *array, size_t i) {
 static point vector(const json_t *object, const char *name, point without) {
     const json_t *value = json_object_get(object, name),
                  *samples = json_object_get(value, "values");
+    const json_t *colors = json_object_get(value, "colors");
+    if (colors) { /* of a checker within one of its checks, which the offset tells */
+        const json_t *uv = json_object_get(value, "uv");
+        const json_t *seen = json_array_get(colors, item(json_object_get(uv, "offset"), 0) > 1);
+        return (point){item(seen, 0), item(seen, 1), item(seen, 2)};
+    }
     if (samples) return times((point){1, 1, 1}, item(samples, 0));
     if (json_is_number(value)) return times((point){1, 1, 1}, (real)json_number_value(value));
     return json_is_array(value) ? (point){item(value, 0), item(value, 1), item(value, 2)} : without;

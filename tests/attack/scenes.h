@@ -22,7 +22,8 @@ enum {
     BEYOND_SPECTRUM = 8,
     BEYOND_MIRRORS = 16,
     BEYOND_GLASS = 32,
-    BEYOND_SHADOWS = 64
+    BEYOND_SHADOWS = 64,
+    BEYOND_TEXTURES = 128 /* patterns that are one of their colors all over a surface */
 };
 
 extern const family families[];

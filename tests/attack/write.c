@@ -70,6 +70,20 @@ void put_vector(FILE *out, const char *name, xyz v) {
     fprintf(out, "\"%s\": [%.17g, %.17g, %.17g]", name, v.x, v.y, v.z);
 }
 
+/* A checker of which nothing but the middle of one check is seen, whose color is chosen. */
+static void put_pattern(FILE *out, const char *name, uint64_t *random, xyz chosen, bool grey,
+                        double most) {
+    const double r = between(random, 0, most), g = between(random, 0, most),
+                 b = between(random, 0, most);
+    const xyz other = {r, grey ? r : g, grey ? r : b};
+    const int second = one_of(random, 2);
+    const xyz low = second ? other : chosen, high = second ? chosen : other;
+    fprintf(out,
+            "\"%s\": {\"pattern\": \"checker\", \"colors\": [[%.17g, %.17g, %.17g], [%.17g, %.17g, "
+            "%.17g]], \"uv\": {\"scale\": 1e-9, \"offset\": [%s, 0.5]}}",
+            name, low.x, low.y, low.z, high.x, high.y, high.z, second ? "1.5" : "0.5");
+}
+
 void put_color(FILE *out, const char *name, uint64_t *random, double most) {
     const double r = between(random, 0, most), g = between(random, 0, most),
                  b = between(random, 0, most);
@@ -83,7 +97,12 @@ void put_color(FILE *out, const char *name, uint64_t *random, double most) {
             return;
         }
     }
-    put_vector(out, name, (xyz){r, grey ? r : g, grey ? r : b});
+    const xyz chosen = {r, grey ? r : g, grey ? r : b};
+    const bool may = strcmp(name, "diffuse") == 0 || strcmp(name, "specular") == 0;
+    if (style & BEYOND_TEXTURES && may && one_of(random, 3))
+        put_pattern(out, name, random, chosen, grey, most);
+    else
+        put_vector(out, name, chosen);
 }
 
 void put_frame(FILE *out, uint64_t *random, const char *accuracy, frame f) {
@@ -311,7 +330,11 @@ void put_ball(FILE *out, int slices, int stacks, double size, bool smooth) {
             }
         fputs("]", out);
     }
-    fputs(", \"indices\": [", out);
+    for (int s = 0; s <= stacks && style & BEYOND_TEXTURES; s++)
+        for (int i = 0; i < slices; i++)
+            fprintf(out, "%s%.17g, %.17g", s || i ? ", " : ", \"uvs\": [", (double)i / slices,
+                    (double)s / stacks);
+    fputs(style & BEYOND_TEXTURES ? "], \"indices\": [" : ", \"indices\": [", out);
     const char *comma = "";
     for (int s = 0; s < stacks; s++)
         for (int i = 0; i < slices; i++) {

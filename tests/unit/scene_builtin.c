@@ -95,6 +95,54 @@ static void the_teapot_has_its_size(void **state) {
     shd_arena_drop(arena);
 }
 
+/* No picture is mirrored, none leaves [0, 1], and both columns where u begins and ends are there.
+ */
+static void charts_are_seen_from_outside(void **state) {
+    (void)state;
+    for (int which = 0; which < SHD_BUILTIN_COUNT; which++) {
+        shd_arena *arena = shd_arena_new(64 << 20);
+        const shd_mesh *mesh = shd_builtin_mesh((shd_builtin)which, arena);
+        size_t mirrored = 0, outside = 0;
+        double sum = 0;
+        for (size_t i = 0; i < 2 * mesh->vertex_count; i++)
+            outside += !(mesh->uvs[i] >= 0 && mesh->uvs[i] <= 1);
+        for (size_t i = 0; i < mesh->triangle_count; i++) {
+            const uint32_t *c = mesh->indices + 3 * i;
+            const double *p = mesh->uvs + 2 * c[0], *q = mesh->uvs + 2 * c[1],
+                         *r = mesh->uvs + 2 * c[2];
+            const double area = (q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]);
+            mirrored += !(area > 0);
+            sum += area / 2;
+        }
+        assert_int_equal(outside, 0);
+        assert_int_equal(mirrored, 0);
+        /* Each of the ball's two profiles covers the chart once, but for half of its rows at poles;
+         * the teapot's pot, lid, handle, spout and five sheets do. */
+        const double sheets = which == SHD_TEAPOT ? 9 : 2;
+        assert_true(sum < sheets && sum > sheets * 0.7);
+        shd_arena_drop(arena);
+    }
+}
+
+/* u is 1/2 at +z, 3/4 at +x, and the pot's bottom is v = 0. */
+static void the_pot_is_charted_as_a_sphere(void **state) {
+    (void)state;
+    shd_arena *arena = shd_arena_new(64 << 20);
+    const shd_mesh *mesh = shd_builtin_mesh(SHD_TEAPOT, arena);
+    size_t seen = 0;
+    for (size_t i = 0; i < 4 * 441 * 3; i++) { /* rim and body */
+        const shd_vec3 p = shd_vec3_at(mesh->positions, i);
+        const double u = mesh->uvs[2 * i], round = 0.5 + atan2(p.x, p.z) / (2 * SHD_PI);
+        /* Bezier curves are arcs to 2 degrees in their parameter; -z is both 0 and 1. */
+        const double off = fabs(u - round);
+        assert_true(fmin(off, 1 - off) < 0.006);
+        seen += mesh->uvs[2 * i + 1] == 1;
+        assert_true(mesh->uvs[2 * i + 1] >= 0.25);
+    }
+    assert_int_equal(seen, 4 * 21);
+    shd_arena_drop(arena);
+}
+
 static void no_memory_is_no_mesh(void **state) {
     (void)state;
     shd_arena *arena = shd_arena_new(1 << 16);
@@ -107,6 +155,8 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(each_is_closed_and_faces_outward),
         cmocka_unit_test(the_teapot_has_its_size),
+        cmocka_unit_test(charts_are_seen_from_outside),
+        cmocka_unit_test(the_pot_is_charted_as_a_sphere),
         cmocka_unit_test(no_memory_is_no_mesh),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

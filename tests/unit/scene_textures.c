@@ -92,16 +92,12 @@ static void mistakes_in_pictures_are_pointed_to(void **state) {
 static void patterns_need_a_chart_and_colors_that_multiply(void **state) {
     (void)state;
     static const refusal cases[] = {
-        {OBJECT("'type': 'sphere', 'interpolation': 'flat', 'material': {" CHECKER "}"),
-         "/objects/0", "interpolation phong"},
-        {"{'interpolation': 'gouraud', 'materials': {'m': {" CHECKER "}}, 'objects': [{'type': "
-         "'sphere', 'material': 'm'}]}",
-         "/objects/0", "interpolation phong"},
         {OBJECT("'type': 'mesh', " CORNERS ", 'material': {" CHECKER "}"), "/objects/0",
          "needs `uvs`"},
-        {OBJECT("'type': 'teapot', 'material': {" CHECKER "}"), "/objects/0", "built in has none"},
-        {"{'spectral': true, 'objects': [{'type': 'sphere', 'material': {" CHECKER "}}]}",
-         "/objects/0", "spectral"},
+        {"{'spectral': true, 'trace': {'shadows': true}, 'objects': [{'type': 'sphere', "
+         "'material': {'opacity': {'pattern': "
+         "'checker', 'colors': [0, [1, 1, 0.5]]}}}]}",
+         "/objects/0", "one number"},
         {OBJECT("'type': 'sphere', 'material': {'model': 'westin', 'microgeometry': {'type': "
                 "'grooves'}, " CHECKER "}"),
          "/objects/0", "westin"},

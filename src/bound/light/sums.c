@@ -34,7 +34,8 @@ static product product_of(const shd_plan *plan, const shd_plan_material *m,
     const double *sum = shd_term_color(plan, m, light, term, scratch);
     shd_term_most(plan, m, light, term, most);
     for (int c = 0; c < 3; c++) {
-        const bool apart = plan->tinted || (term && m->model == SHD_MODEL_COOK_TORRANCE);
+        const bool apart = plan->tinted || m->textures /* whose colors are any up to these */ ||
+                           (term && m->model == SHD_MODEL_COOK_TORRANCE);
         p.most[c] = apart ? most[c] : fabs(sum[c]);
         p.error[c] = SUM * most[c];
     }

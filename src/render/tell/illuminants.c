@@ -80,7 +80,8 @@ static json_t *tell_pair(const sweep *s, const char *illuminant, const pair *p) 
 static void find_materials(sweep *s) {
     const shd_plan *plan = s->plan;
     for (size_t m = 0; m < plan->scene->material_count && s->count < MATERIALS_MOST; m++)
-        if (plan->materials[m].has_diffuse) s->materials[s->count++] = m;
+        if (plan->materials[m].has_diffuse && !plan->scene->materials[m].diffuse_texture)
+            s->materials[s->count++] = m;
 }
 
 json_t *shd_tell_illuminants(const shd_plan *plan, shd_arena *arena) {

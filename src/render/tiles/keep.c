@@ -69,6 +69,10 @@ static void put_object(hash *h, const shd_object *object, size_t index,
     for (int r = 0; r < 3; r++) put_numbers(h, object->transform.linear[r], 3);
     put_vec(h, object->transform.origin);
     put_count(h, material->front_only);
+    if (object->interpolation != SHD_PHONG) {
+        const int faces[] = {-1, (int)object->interpolation, object->segments};
+        put_bytes(h, faces, sizeof faces);
+    }
     if (object->shape == SHD_MESH) put_mesh(h, object->mesh, index, cancelled);
 }
 
@@ -173,7 +177,9 @@ static bool find_keys(const shd_plan *plan, shd_reuse_key *geometry, shd_reuse_k
     for (int k = SHD_LAYER_NORMAL; k < SHD_LAYER_KINDS; k++)
         if (plan->wants[k]) return false;
     for (size_t o = 0; o < scene->object_count; o++)
-        if (scene->objects[o].interpolation != SHD_PHONG) return false;
+        if (scene->objects[o].interpolation != SHD_PHONG &&
+            !plan->groups[plan->objects[o].group].faceted)
+            return false; /* its colors are in its light */
     hash h;
     sha256_init(&h);
     put_geometry(&h, plan);

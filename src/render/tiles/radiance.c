@@ -38,8 +38,7 @@ shd_part shd_part_of(const shd_plan *plan, const shd_plan_material *material, si
     return p;
 }
 
-/* Whether a part has a slot's term. */
-static bool has_slot(const shd_part *part, const shd_plan_slot *slot) {
+bool shd_has_slot(const shd_part *part, const shd_plan_slot *slot) {
     if (slot->of == SHD_SLOT_EMISSIVE) return part->emissive;
     if (slot->of == SHD_SLOT_AMBIENT) return part->ambient;
     if (slot->term == 0) return part->terms.diffuse;
@@ -62,7 +61,7 @@ size_t shd_plane_terms(const shd_plan *plan, const shd_plan_material *material, 
     }
     for (size_t e = 0; e < shd_material_slots(material); e++) {
         const shd_plan_slot *slot = &material->textures->slots[e];
-        if (!has_slot(&p, slot)) continue;
+        if (!shd_has_slot(&p, slot)) continue;
         for (int c = 0; c < 3; c++) terms[count].color[c] = (float)slot->rise[c];
         term_of[count++] = 1 + material->lobe_count + e;
     }
@@ -75,19 +74,53 @@ static void add_exact(const double color[3], bool grey, double *const *sums, siz
         if (color[c] != 0) radiance[c] += color[c] * sums[grey ? 0 : c][i];
 }
 
+/* The same in a spectral scene, where each field has its own sums, or its own color. */
+static void add_fields(const shd_plan_material *material, const shd_part *p, double *const *sums,
+                       const double *const *weights, size_t i, double radiance[3]) {
+    const size_t terms = 1 + material->lobe_count;
+    for (size_t e = 0; e < material->textures->slot_count; e++) {
+        const shd_plan_slot *slot = &material->textures->slots[e];
+        const size_t fields = slot->field[0] == slot->field[1] ? 1 : 3;
+        if (!shd_has_slot(p, slot)) continue;
+        for (size_t k = 0; k < fields; k++) {
+            const double w = weights[slot->field[k]][i];
+            double *const *sum = sums + 3 * ((1 + k) * terms + slot->term);
+            for (int c = 0; c < 3; c++)
+                radiance[c] += w * (slot->of == SHD_SLOT_TERM ? sum[c][i] : slot->rises[k][c]);
+        }
+    }
+}
+
 /* What patterns of a part add at point i. */
 static void add_slots(const shd_plan_material *material, const shd_part *p, bool grey,
                       double *const *sums, const double *const *weights, size_t i,
                       double radiance[3]) {
+    if (material->textures->part_count) {
+        add_fields(material, p, sums, weights, i, radiance);
+        return;
+    }
     for (size_t e = 0; e < material->textures->slot_count; e++) {
         const shd_plan_slot *slot = &material->textures->slots[e];
-        if (!has_slot(p, slot)) continue;
+        if (!shd_has_slot(p, slot)) continue;
         double color[3];
         for (int c = 0; c < 3; c++) color[c] = slot->rise[c] * weights[slot->field[c]][i];
         if (slot->of == SHD_SLOT_TERM)
             add_exact(color, grey, sums + 3 * slot->term, i, radiance);
         else
             for (int c = 0; c < 3; c++) radiance[c] += color[c];
+    }
+}
+
+void shd_sum_exactly(const shd_lighting *lighting, const shd_plan *plan,
+                     const shd_plan_material *material, const uint32_t *which, size_t lights,
+                     const shd_points64 *points, double *const *sums) {
+    const size_t terms = 1 + material->lobe_count,
+                 parts = material->textures ? material->textures->part_count : 0;
+    for (size_t k = 0; k < (parts ? parts : 1); k++, sums += 3 * terms) {
+        const shd_plan_material *of =
+            parts ? &plan->materials[material->textures->parts + k] : material;
+        shd_light_sums64(lighting, of, which, lights, points, of->has_diffuse ? sums : NULL,
+                         sums + 3);
     }
 }
 
@@ -105,5 +138,16 @@ void shd_mix_exact(const shd_plan *plan, const shd_plan_material *material, size
             add_exact(low->lobes[k].specular, grey, sums + 3 * (1 + k), i, radiance);
         if (material->textures) add_slots(material, &p, grey, sums, weights, i, radiance);
         for (int c = 0; c < 3; c++) out[c][i] = (float)radiance[c];
+    }
+}
+
+void shd_add_slots(const shd_plan *plan, const shd_plan_material *material, size_t plane,
+                   double *const *sums, const double *const *weights, size_t count,
+                   double *const radiance[3]) {
+    const shd_part p = shd_part_of(plan, material, plane);
+    for (size_t i = 0; i < count; i++) {
+        double sum[3] = {radiance[0][i], radiance[1][i], radiance[2][i]};
+        add_slots(material, &p, plan->grey_lights, sums, weights, i, sum);
+        for (int c = 0; c < 3; c++) radiance[c][i] = sum[c];
     }
 }

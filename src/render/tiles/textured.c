@@ -15,7 +15,16 @@ static double rounded(double x) {
     return (double)high + (double)low;
 }
 
-static shd_charted_point point_of(const shd_plan *plan, const shd_hits *hits, size_t i) {
+/* The normal of the plane of a shape's face. Only its direction counts. */
+static shd_vec3 face_normal(const shd_facets *facets, uint32_t triangle) {
+    const uint32_t *corner = facets->corners + 3 * (size_t)triangle;
+    const shd_vec3 *at = facets->positions, first = at[corner[0]];
+    if (corner[0] == corner[1]) return facets->normals[corner[0]];
+    return shd_cross(shd_sub(at[corner[1]], first), shd_sub(at[corner[2]], first));
+}
+
+static shd_charted_point point_of(const shd_plan *plan, const shd_facets *facets,
+                                  const shd_hits *hits, size_t i) {
     const double origin[3] = {plan->origin.x, plan->origin.y, plan->origin.z};
     double position[3], normal[3];
     for (int c = 0; c < 3; c++) {
@@ -35,6 +44,7 @@ static shd_charted_point point_of(const shd_plan *plan, const shd_hits *hits, si
         out.b = hits->u[i];
         out.c = hits->v[i];
     }
+    if (facets) out.normal = face_normal(facets, out.triangle);
     return out;
 }
 
@@ -45,11 +55,15 @@ void shd_textured_weigh(const shd_scenery *scenery, const shd_plan_textures *tex
     const shd_plan *plan = scenery->plan;
     const shd_image_plane plane = shd_image_plane_of(plan->scene);
     shd_chart chart = {.object = NULL};
+    const shd_facets *facets = NULL;
     for (size_t i = 0; i < count; i++) {
         const shd_object *object = &plan->scene->objects[hits->object[first + i]];
         if (i % SHD_LANES == 0 && shd_is_cancelled(plan->cancelled)) return;
-        if (chart.object != object) chart = shd_chart_of(object);
-        const shd_charted_point point = point_of(plan, hits, first + i);
+        if (chart.object != object) {
+            chart = shd_chart_of(object);
+            facets = shd_sight_facets(scenery->sight, (size_t)hits->object[first + i]);
+        }
+        const shd_charted_point point = point_of(plan, facets, hits, first + i);
         const shd_seen_by ray =
             shd_see_point(&plane, point.position, s->sample[hits->shot[first + i]]);
         const shd_footprint uv = shd_chart_footprint(&chart, &point, &ray);

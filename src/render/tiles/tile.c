@@ -5,6 +5,7 @@
 
 #include "bound/light/weakest.h"
 #include "render/tiles/bent.h"
+#include "render/tiles/facets.h"
 #include "render/tiles/far.h"
 #include "render/tiles/film.h"
 #include "render/tiles/gather.h"
@@ -41,7 +42,8 @@ static void sort_hits(const shd_hits *from, const uint32_t *order, shd_hits *to)
     shd_hits_pad(to);
 }
 
-/* What an object's hits are grouped by: its group, or one more group for all faceted objects. */
+/* What an object's hits are grouped by: its group, or one more group for all faceted objects that
+ * have no patterns. */
 static size_t class_of(const shd_scenery *scenery, int32_t object) {
     return scenery->facets[object] ? scenery->plan->group_count
                                    : scenery->plan->objects[object].group;
@@ -80,29 +82,6 @@ static const shd_hits *make_runs(const shd_scenery *scenery, const shd_hits *hit
         s->order[s->starts[class_of(scenery, hits->object[i])]++] = (uint32_t)i;
     sort_hits(hits, s->order, &s->sorted);
     return &s->sorted;
-}
-
-/* The radiance of faceted objects, interpolated between their points. */
-static void interpolate_facets(const shd_scenery *scenery, const shd_hits *hits, shd_run run,
-                               float *const *sums) {
-    const shd_plan *plan = scenery->plan;
-    const size_t planes = plan->plane_count, values = 3 * planes;
-    for (size_t i = run.first; i < run.first + run.count; i++) {
-        const size_t object = (size_t)hits->object[i];
-        const shd_facets *facets = shd_sight_facets(scenery->sight, object);
-        const uint32_t *corner = facets->corners + 3 * (size_t)hits->triangle[i];
-        const float *radiance = scenery->facets[object];
-        const float *a = radiance + values * corner[0], *b = radiance + values * corner[1],
-                    *c = radiance + values * corner[2];
-        const double u = hits->u[i], v = hits->v[i], w = 1 - u - v;
-        const bool flat = corner[0] == corner[1] && corner[0] == corner[2];
-        for (size_t p = 0; p < planes; p++)
-            for (int k = 0; k < 3; k++) {
-                const size_t at = 3 * p + (size_t)k;
-                double mixed = w * (double)a[at] + u * (double)b[at] + v * (double)c[at];
-                sums[shd_sum_of(plan, p, 0, k)][i] = flat ? a[at] : (float)mixed;
-            }
-    }
 }
 
 /* Hits that follow each other and see one material, and the lights that they are lit by. */
@@ -193,8 +172,7 @@ static void light_exactly(const shd_scenery *scenery, const lit_run *l, size_t p
         points.sharp_at = l->first;
     }
     const bool light = plan->planes[plane].kind == SHD_LAYER_LIGHT;
-    shd_light_sums64(scenery->lighting, l->material, l->which, l->lights, &points,
-                     l->material->has_diffuse ? s->exact : NULL, s->exact + 3);
+    shd_sum_exactly(scenery->lighting, plan, l->material, l->which, l->lights, &points, s->exact);
     for (size_t p = plane; p < plan->plane_count; p++) {
         if (light ? p > plane : plan->planes[p].kind == SHD_LAYER_LIGHT) continue;
         float *out[3];
@@ -326,7 +304,7 @@ static const shd_hits *light_hits(const shd_scenery *scenery, const shd_chunk *c
     for (size_t r = 0; r < s->run_count && !shd_is_cancelled(plan->cancelled); r++) {
         const shd_run run = s->runs[r];
         if (run.group == SHD_RADIANCE) {
-            interpolate_facets(scenery, hits, run, s->sums);
+            shd_facets_interpolate(scenery, hits, run, s->sums);
             continue;
         }
         const shd_plan_group *group = &plan->groups[run.group];
@@ -334,6 +312,11 @@ static const shd_hits *light_hits(const shd_scenery *scenery, const shd_chunk *c
                      group->lights, group->light_count};
         if (l.material->textures)
             shd_textured_weigh(scenery, l.material->textures, hits, l.first, l.count, s);
+        if (group->faceted) {
+            shd_facets_sum(scenery, hits, run, s);
+            if (plan->tier == SHD_EXACT) s->runs[r].group = SHD_RADIANCE;
+            continue;
+        }
         if (l.material->pointwise) shd_bent_sharpen(scenery, l.material, hits, l.first, l.count, s);
         if (is_for_bunches(plan, &l)) {
             light_from_afar(scenery, &l, chunk, s);

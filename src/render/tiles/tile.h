@@ -15,6 +15,7 @@ typedef struct shd_scenery {
     const shd_sight *sight; /* NULL: recall.light has the picture's light */
     const shd_lighting *lighting;
     float **facets; /* [object]: the radiance of its points (facets.h); NULL: it has no facets */
+    double **lit;   /* [object]: or what patterns multiply there (facets.h); NULL: it has none */
     const shd_paint_kernel *paint;
     const struct shd_traced *traced; /* rays beyond the eye's (traced.h); NULL: there are none */
     bool data; /* layers of normals, positions, depths or objects are wanted */

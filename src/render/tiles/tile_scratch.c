@@ -27,7 +27,8 @@ static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_sc
     if (plan->bunches) shd_afar_lay_out(plan, memory, &s->afar);
     s->run_capacity = classes < SHD_CHUNK ? classes : SHD_CHUNK;
     s->runs = shd_scratch_take(memory, s->run_capacity, sizeof *s->runs);
-    if (plan->tier == SHD_EXACT) s->exact = shd_scratch_rows64(memory, rows, length);
+    if (plan->tier == SHD_EXACT)
+        s->exact = shd_scratch_rows64(memory, rows + (plan->textured ? 3 : 0), length);
     if (plan->textured) s->weights = shd_scratch_rows64(memory, plan->max_fields, length);
     if (plan->textured && plan->scene->trace.depth) {
         s->opacity = shd_scratch_rows64(memory, 3, length);

@@ -46,9 +46,11 @@ typedef struct shd_tile_scratch {
     shd_run *runs;
     size_t run_count, run_capacity;
     float **sums, **outs;
-    uint8_t *edges;   /* of a run's hits: those that are lit again (shd_light_sums32) */
-    shd_hits again;   /* some of them, in f64 */
-    double **exact;   /* of the exact tier: [term][channel] of a run */
+    uint8_t *edges; /* of a run's hits: those that are lit again (shd_light_sums32) */
+    shd_hits again; /* some of them, in f64 */
+    /* Of the exact tier: [term][channel] of a run; if there are patterns, then [channel] of what
+     * they add to. */
+    double **exact;
     double **weights; /* [plan->max_patterns]: what a run's patterns are at its points */
     double **opacity; /* [3]: of each hit, if its material's is a texture and rays are followed */
     double **beam;    /* [plan->max_fields] of 1: what patterns are where a further ray ends */

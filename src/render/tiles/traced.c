@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "bound/light/extended.h"
+#include "render/tiles/facets.h"
 #include "render/tiles/radiance.h"
 #include "render/tiles/textured.h"
 #include "render/tiles/tinted.h"
@@ -18,6 +19,18 @@ typedef struct shd_traced {
 } shd_traced;
 
 /* ---- The local model where rays end. ---- */
+
+/* What patterns of a surface are to the beam that meets it: s->beam. */
+static void weigh_met(const shd_scenery *scenery, const shd_surface *at, const shd_meeting *met,
+                      double width, shd_tile_scratch *s) {
+    const shd_beam beam = {at->object,
+                           at->triangle,
+                           at->position,
+                           shd_met_place(scenery->traced->bouncing.caster, met).own,
+                           shd_scale(at->view, -1),
+                           width};
+    shd_textured_weigh_beam(scenery, at->material->textures, &beam, s);
+}
 
 /* The radiance of a faceted object: as the camera has it, with highlights where it sees them. */
 static void light_facets(const shd_scenery *scenery, const shd_facets *facets,
@@ -53,6 +66,11 @@ static void light_point(const void *context, void *scratch, const shd_surface *a
         light_emitter(emitter, at, out);
         return;
     }
+    if (facets && at->material->textures) {
+        weigh_met(scenery, at, met, width, s);
+        shd_facets_meet(scenery, met, s, out);
+        return;
+    }
     if (facets) {
         light_facets(scenery, facets, met, out);
         return;
@@ -69,18 +87,9 @@ static void light_point(const void *context, void *scratch, const shd_surface *a
                                 at->sharp,
                                 at->sharp_at};
     float mixed[3], *const to[3] = {&mixed[0], &mixed[1], &mixed[2]};
-    shd_light_sums64(scenery->lighting, at->material, object->lights, object->light_count, &point,
-                     at->material->has_diffuse ? s->exact : NULL, s->exact + 3);
-    if (at->material->textures) {
-        const shd_traced *traced = scenery->traced;
-        const shd_beam beam = {at->object,
-                               at->triangle,
-                               at->position,
-                               shd_met_place(traced->bouncing.caster, met).own,
-                               shd_scale(at->view, -1),
-                               width};
-        shd_textured_weigh_beam(scenery, at->material->textures, &beam, s);
-    }
+    shd_sum_exactly(scenery->lighting, scenery->plan, at->material, object->lights,
+                    object->light_count, &point, s->exact);
+    if (at->material->textures) weigh_met(scenery, at, met, width, s);
     shd_mix_exact(scenery->plan, at->material, 0, s->exact, (const double *const *)s->beam, 1, to);
     for (int c = 0; c < 3; c++) out[c] = (double)mixed[c];
 }
@@ -92,8 +101,8 @@ static void light_tinted(const void *context, void *scratch, const shd_surface *
     const shd_plan *plan = scenery->plan;
     const shd_light *emitter = plan->scene->objects[at->object].emitter;
     const shd_facets *facets = shd_sight_facets(scenery->sight, at->object);
-    (void)scratch;
-    (void)width; /* spectral scenes have no patterns */
+    shd_tile_scratch *s = scratch;
+    if (at->material->textures) weigh_met(scenery, at, met, width, s);
     memset(out, 0, plan->bins->count * sizeof *out);
     if (emitter) {
         if (shines_at(emitter, at)) shd_light_in_bins(plan, emitter, out);
@@ -102,10 +111,13 @@ static void light_tinted(const void *context, void *scratch, const shd_surface *
             for (int c = 0; c < 3; c++) out[b][c] *= by;
     } else if (facets) {
         double color[3];
-        light_facets(scenery, facets, met, color);
+        if (at->material->textures)
+            shd_facets_meet(scenery, met, s, color);
+        else
+            light_facets(scenery, facets, met, color);
         shd_bins_add_lifted(plan->bins, color, out);
     } else {
-        shd_tinted_plane(scenery, at, 0, out);
+        shd_tinted_plane(scenery, at, 0, s->beam, out);
     }
 }
 
@@ -194,10 +206,11 @@ static void note_stray(const shd_bounced *b, float *most) {
 static void bounce_hit(const shd_scenery *scenery, const shd_surface *at, size_t i,
                        shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
-    double local[SHD_BINS_MOST][3], own[3];
+    double local[SHD_BINS_MOST][3], own[SHD_BINS_MOST];
     shd_surface seen = *at;
     if (at->material->textures && at->material->textures->opacity) {
-        for (int c = 0; c < 3; c++) own[c] = s->opacity[c][i];
+        for (size_t c = 0; c < shd_ray_channels(plan); c++)
+            own[c] = s->opacity[plan->tinted ? 0 : c][i]; /* one number in spectral scenes */
         seen.opacity = own;
     }
     for (int c = 0; c < 3; c++) local[0][c] = (double)s->sums[shd_sum_of(plan, 0, 0, c)][i];
@@ -213,7 +226,7 @@ static void bounce_hit(const shd_scenery *scenery, const shd_surface *at, size_t
     if (s->stray) note_stray(&b, &s->stray[s->cell[i]]);
     if (s->alpha) s->alpha[i] = (float)b.alpha;
     if (plan->tinted) {
-        shd_tinted_planes(scenery, at, s, i, b.radiance, local);
+        shd_tinted_planes(scenery, &seen, s, i, b.radiance, local);
         return;
     }
     const double *opacity = seen.opacity ? seen.opacity : at->material->from->opacity;
@@ -251,6 +264,8 @@ void shd_trace_hits(const shd_scenery *scenery, const shd_hits *hits, shd_tile_s
         if (shd_is_cancelled(plan->cancelled)) return;
         if (!traced->bouncing.bounces[hits->object[i]]) continue;
         const shd_surface at = surface_of(plan, hits, i, s);
+        if (plan->tinted && at.material->textures)
+            shd_textured_weigh(scenery, at.material->textures, hits, i, 1, s);
         bounce_hit(scenery, &at, i, s);
     }
     if (traced->bounces) shd_end(watch, &watch->times.trace);
