@@ -235,7 +235,7 @@ static double samples_of(const shd_plan *plan, const shd_object *object) {
     static const double SMOOTH = 0.75;
     const double samples = plan->scene->raster.samples;
     const bool bends =
-        shd_plan_is_draft(plan) && (object->shape == SHD_SPHERE || object->shape == SHD_PLANE);
+        shd_plan_is_thin(plan) && (object->shape == SHD_SPHERE || object->shape == SHD_PLANE);
     return bends ? samples - SMOOTH * (samples - 1) : samples;
 }
 
