@@ -294,8 +294,7 @@ static shd_mean_room find_mean_room(const shd_choice *choice, const shd_shown *s
     const double times = choice->plan->light_count > SHD_SKETCH_LIGHTS ? 2 : 1;
     shd_mean_room room = {0, 0};
     for (double part = 1; part >= LEAST && !(room.absolute > 0); part /= 4) {
-        const shd_mean_room some = {part * SHD_DRAFT_ROOM.absolute,
-                                    part * SHD_DRAFT_ROOM.relative};
+        const shd_mean_room some = {part * SHD_DRAFT_ROOM.absolute, part * SHD_DRAFT_ROOM.relative};
         shd_excess_leave_out(list, times * some.absolute, times * some.relative);
         if (is_within(choice, shown, list)) room = some;
     }

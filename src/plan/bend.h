@@ -19,9 +19,9 @@ typedef struct shd_bend {
     double reach; /* pixels: no ray is farther from the middle */
 } shd_bend;
 
-/* The rays through a block's pixels, as they meet the surface that bends. In units of `size`, with the
- * middle's point as the origin, the ray through the pixel that is x to the right and y below the
- * middle begins at x at_x + y at_y, and goes along way + x way_x + y way_y. */
+/* The rays through a block's pixels, as they meet the surface that bends. In units of `size`, with
+ * the middle's point as the origin, the ray through the pixel that is x to the right and y below
+ * the middle begins at x at_x + y at_y, and goes along way + x way_x + y way_y. */
 typedef struct shd_block_rays {
     bool curved;                            /* a ball of radius 1; else a plane */
     double size, cosine;                    /* a unit's length; N.V is no less than `cosine` */

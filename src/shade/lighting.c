@@ -6,8 +6,8 @@
 #include "shade/exact.h"
 #include "shade/extended.h"
 #include "shade/packed.h"
-#include "shade/sketch.h"
 #include "shade/shadowed.h"
+#include "shade/sketch.h"
 #include "shade/split32.h"
 #include "shade/westin_table.h"
 

@@ -3,22 +3,23 @@
  * direction, which has the length 1 in the middle and is off that by WIDE c at most. The middle's
  * point, normal and ray are of f64.
  *
- * Where a ray meets the ball (sketch.simd.c). As r <= FLAT c^2, o.(m + q) = C is at most r (2 + r) <=
- * 0.96 c^2. root is c at least, and -b, which is -m.w - o.w, 0.9 c - 0.44 c^2 >= 0.46 c. So s is at
- * most 0.96 c^2 / (1.46 c) = 0.66 c. o is off by 3 u r, w by 3.5 u, q by 3.2 u, C by 8 u r (2 + r),
- * b by 11 u, root by 28 u, and s by 13 u r / c + 27 u s / c. That is at most 25 u, and so normals,
- * with the roundings of m and of two sums, are off by 34 u. On a plane, C is 2 o.m, root is -b, and
- * s is off by no more of itself. Its normal is rounded by u.
+ * Where a ray meets the ball (sketch.simd.c). As r <= FLAT c^2, o.(m + q) = C is at most r (2 + r)
+ * <= 0.96 c^2. root is c at least, and -b, which is -m.w - o.w, 0.9 c - 0.44 c^2 >= 0.46 c. So s is
+ * at most 0.96 c^2 / (1.46 c) = 0.66 c. o is off by 3 u r, w by 3.5 u, q by 3.2 u, C by 8 u r (2 +
+ * r), b by 11 u, root by 28 u, and s by 13 u r / c + 27 u s / c. That is at most 25 u, and so
+ * normals, with the roundings of m and of two sums, are off by 34 u. On a plane, C is 2 o.m, root
+ * is -b, and s is off by no more of itself. Its normal is rounded by u.
  *
  * Lights. The point is o + s w beside the middle, which is off by u r (3 + 14.5 / c + 52 / c^2).
- * bend->points tells that no point is farther from the middle than M, and M is r / (1.24 c) or more.
- * Lights that are nearer than NEAR M / c are not for sketches, so that none is turned by more than
- * 11 u by that; its own place, relative to the middle, is rounded, and so is the difference: 13 u.
+ * bend->points tells that no point is farther from the middle than M, and M is r / (1.24 c) or
+ * more. Lights that are nearer than NEAR M / c are not for sketches, so that none is turned by more
+ * than 11 u by that; its own place, relative to the middle, is rounded, and so is the difference:
+ * 13 u.
  *
- * Mirrored views. |w| is off by 6.5 u of it, N.V by 36 u, and W = w / |w| + 2 (N.V) N by no more than
- * 11 u + 2 (36 u + 34 u) + 3 u = 154 u.
+ * Mirrored views. |w| is off by 6.5 u of it, N.V by 36 u, and W = w / |w| + 2 (N.V) N by no more
+ * than 11 u + 2 (36 u + 34 u) + 3 u = 154 u.
  *
- * tests/unit/shade_sketch.c sees a tenth of it: these are the most that roundings add up to where all
+ * tests/property/sketch.c sees a tenth of it: these are the most that roundings add up to where all
  * of them lie one way, at the most grazing rays that are sketched. */
 #include "shade/sketch_job.h"
 
@@ -82,8 +83,8 @@ static void round_vec(shd_vec3 v, float out[3]) {
     out[2] = (float)v.z;
 }
 
-/* Whether a vector that grows by `x` and `y` to the right and down is `most` at most, and so are the
- * lengths of its parts together. */
+/* Whether a vector that grows by `x` and `y` to the right and down is `most` at most, and so are
+ * the lengths of its parts together. */
 static bool is_within(shd_vec3 x, shd_vec3 y, double most) {
     static const double HALF = (SHD_SKETCH_SIDE - 1) * 0.5;
     return 2 * HALF * HALF * (shd_dot(x, x) + shd_dot(y, y)) <= most * most;
@@ -139,7 +140,9 @@ bool shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend,
     const shd_sketch_group *group = &lighting->sketches[of];
     if (!group->fits || !is_steady(rays)) return false;
     const shd_vec3 n = bend->normal;
-    const view v = {bend, rays->cosine, bend->points.first * bend->reach,
+    const view v = {bend,
+                    rays->cosine,
+                    bend->points.first * bend->reach,
                     shd_sub(shd_scale(n, 2 * shd_dot(n, bend->view)), bend->view),
                     (2 * bend->normals.first + bend->views.first) * bend->reach + OFF,
                     sqrt((double)group->reach)};

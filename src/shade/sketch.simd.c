@@ -66,8 +66,8 @@ SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], 
     return shd_vf_mul_in(in, power, f);
 }
 
-/* Adds a light. Sets the lanes of `unknown` in which f32 does not tell whether there is a highlight,
- * which may be where N.L `turns` its sign. */
+/* Adds a light. Sets the lanes of `unknown` in which f32 does not tell whether there is a
+ * highlight, which may be where N.L `turns` its sign. */
 SHD_INLINE void add_light(const shd_sketch_place *place, const shd_sketch_group *group,
                           size_t lobe_count, const seen *at, bool turns, shd_vf rgb[3],
                           shd_mf *unknown) {

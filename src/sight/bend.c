@@ -75,7 +75,7 @@ static beam beam_of(const shd_lens *lens, double x, double y, double reach) {
 
 /* The rays, which meet the middle's point after `t` units. */
 static void set_rays(const shd_lens *lens, const beam *b, double t, double cosine, double size,
-                    bool curved, shd_block_rays *out) {
+                     bool curved, shd_block_rays *out) {
     const shd_camera *camera = lens->camera;
     const shd_vec3 right = shd_scale(camera->right, lens->step_x),
                    down = shd_scale(camera->up, -lens->step_y);

@@ -9,8 +9,8 @@ static const shd_path_error fast[] = {
     [SHD_PATH_POINT] = {2.6 * U32, 2.4 * U32, 2.3 * U32},
     [SHD_PATH_ATTENUATED] = {2.6 * U32, 9.4 * U32, 2.3 * U32},
 };
-/* Of sketches: light's directions err by 13 units, normals by 34 and mirrored views by 154 (proven in
- * shade/sketch.c), beside what is told above, of products that may not be fused. */
+/* Of sketches: light's directions err by 13 units, normals by 34 and mirrored views by 154 (proven
+ * in shade/sketch.c), beside what is told above, of products that may not be fused. */
 static const shd_path_error sketched[] = {
     [SHD_PATH_DIRECTIONAL] = {52 * U32, 1.2 * U32, 170 * U32},
     [SHD_PATH_POINT] = {52 * U32, 20 * U32, 170 * U32},

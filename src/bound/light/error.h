@@ -31,8 +31,8 @@ typedef struct shd_path_error {
 
 const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path);
 
-/* Of a plan that is sketched (shade/sketch.h): no less than the standard tier's, which draws the rest
- * of its pictures; and what becomes of that tier's lobes. */
+/* Of a plan that is sketched (shade/sketch.h): no less than the standard tier's, which draws the
+ * rest of its pictures; and what becomes of that tier's lobes. */
 const shd_path_error *shd_sketch_error_of(shd_path path);
 
 /* The relative error of a color. It counts the sum of a group of lights in f32 (or the rounding of

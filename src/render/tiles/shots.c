@@ -51,8 +51,7 @@ static bool sketch_block(const shd_scenery *scenery, size_t block, const shd_ben
     if (!scenery->plan->sketched) return false;
     const size_t x = block % (size_t)s->survey.across, y = block / (size_t)s->survey.across;
     float *rgb[3];
-    for (int c = 0; c < 3; c++)
-        rgb[c] = s->sketch[c] + (y * SHD_TILE + x) * SHD_SKETCH_SIDE;
+    for (int c = 0; c < 3; c++) rgb[c] = s->sketch[c] + (y * SHD_TILE + x) * SHD_SKETCH_SIDE;
     if (!shd_sketch_block(scenery->lighting, bend, rays, SHD_TILE, rgb)) return false;
     s->sketched |= 1u << block;
     return true;
@@ -72,8 +71,8 @@ static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scra
                  !shd_mean_is_central(plan, &bend, &s->spread, &plan->mean_room)))
         return LOOK_AT_ALL;
     return sketch_block(scenery, block, &bend, &rays, s) ? LOOK_DONE
-           : one                                        ? LOOK_AT_ALL
-                                                        : LOOK_ONCE;
+           : one                                         ? LOOK_AT_ALL
+                                                         : LOOK_ONCE;
 }
 
 /* Lists all pixels of blocks where something may be seen, block by block, so that a bundle's rays
