@@ -133,7 +133,7 @@ static double share_room(shd_choice *choice, const shd_shown *shown, shd_excess_
     double room = find_room(choice, shown, list, &list->more);
     if (plan->scene->accuracy.metric != SHD_LINEAR) {
         room *= DARK_SHARE;
-        list->more = room;
+        list->more += room;
         /* All that is seen is no less than a part of it only if light adds up. */
         if (list->nonnegative && plan->light_count > 1)
             choice->drop_relative = find_room(choice, shown, list, &list->color);
@@ -276,11 +276,57 @@ static shd_status meet_exactly(shd_choice *choice, const shd_shown *shown, shd_a
     return SHD_OK;
 }
 
+/* The plan with sketches, if it may have any. NULL: memory. */
+static const shd_plan *sketch_plan(const shd_plan *draft, shd_arena *arena) {
+    if (!shd_plan_may_sketch(draft)) return draft;
+    shd_plan *plan = shd_arena_alloc(arena, 1, sizeof *plan);
+    if (!plan) return NULL;
+    *plan = *draft;
+    plan->sketched = true;
+    return plan;
+}
+
+/* The largest part of draft's room that is within the budget. Where lights are many, some of it is
+ * left to them. */
+static shd_mean_room find_mean_room(const shd_choice *choice, const shd_shown *shown,
+                                    shd_excess_list *list) {
+    static const double LEAST = 0x1p-8;
+    const double times = choice->plan->light_count > SHD_SKETCH_LIGHTS ? 2 : 1;
+    shd_mean_room room = {0, 0};
+    for (double part = 1; part >= LEAST && !(room.absolute > 0); part /= 4) {
+        const shd_mean_room some = {part * SHD_DRAFT_ROOM.absolute, part * SHD_DRAFT_ROOM.relative};
+        shd_excess_leave_out(list, times * some.absolute, times * some.relative);
+        if (is_within(choice, shown, list)) room = some;
+    }
+    shd_excess_leave_out(list, room.absolute, room.relative);
+    return room;
+}
+
+/* Draft is cheaper than any other tier, if it differs. *met: it is within the budget. False:
+ * memory. */
+static bool meet_by_draft(shd_choice *choice, const shd_shown *shown, shd_arena *arena, bool *met) {
+    const shd_plan *draft = choice->plan, *plan = sketch_plan(draft, arena);
+    shd_excess_list list;
+    shd_influences influences;
+    *met = false;
+    if (draft->scene->accuracy.exactly || !shd_plan_may_draft(draft)) return true;
+    choice->tier = SHD_STANDARD;
+    if (!plan || !shd_excess_find(plan, SHD_STANDARD, arena, &list, &influences)) return false;
+    if (!is_within(choice, shown, &list)) return true;
+    choice->plan = plan;
+    if (shd_plan_may_thin(draft)) choice->mean_room = find_mean_room(choice, shown, &list);
+    *met = plan->sketched || choice->mean_room.absolute > 0;
+    return !*met || leave_out(choice, shown, &list, &influences, arena);
+}
+
 static shd_status meet_budget(shd_choice *choice, const shd_shown *shown,
                               const shd_kernel_cost *costs, shd_arena *arena, shd_error *error) {
     const shd_plan *draft = choice->plan;
     if (meet_by_models32(choice, shown, costs)) return SHD_OK;
     if (draft->extended) return meet_exactly(choice, shown, arena, error);
+    bool met;
+    if (!meet_by_draft(choice, shown, arena, &met)) return SHD_MEMORY;
+    if (met) return SHD_OK;
     shd_tier ranked[SHD_EXACT + 1];
     shd_plan_rank_tiers(draft, costs, ranked);
     for (int k = 0; k <= SHD_EXACT; k++) {
@@ -304,9 +350,11 @@ shd_status shd_choose(const shd_plan *draft, const shd_shown *shown, const shd_k
     shd_choice choice = {.plan = draft,
                          .tier = draft->extended && !draft->models32 ? SHD_EXACT : accuracy->tier,
                          .by_quadrature = !accuracy->budget && accuracy->tier == SHD_EXACT,
-                         .mean_room = accuracy->draft && shd_plan_may_draft(draft)
+                         .mean_room = accuracy->draft && shd_plan_may_thin(draft)
                                           ? SHD_DRAFT_ROOM
                                           : (shd_mean_room){0, 0}};
+    if (accuracy->draft) choice.plan = sketch_plan(draft, arena);
+    if (!choice.plan) return SHD_MEMORY;
     const shd_status status = accuracy->budget ? meet_budget(&choice, shown, costs, arena, error)
                               : find_bound(&choice, shown, arena) ? SHD_OK
                                                                   : SHD_MEMORY;

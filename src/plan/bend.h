@@ -3,6 +3,8 @@
  * derivatives are known. Steps are pixels. */
 #pragma once
 
+#include <stdbool.h>
+
 #include "base/vec3.h"
 
 /* The most that a vector's first and second derivative are in any direction. */
@@ -16,6 +18,15 @@ typedef struct shd_bend {
     shd_slopes points, normals, views;
     double reach; /* pixels: no ray is farther from the middle */
 } shd_bend;
+
+/* The rays through a block's pixels, as they meet the surface that bends. In units of `size`, with
+ * the middle's point as the origin, the ray through the pixel that is x to the right and y below
+ * the middle begins at x at_x + y at_y, and goes along way + x way_x + y way_y. */
+typedef struct shd_block_rays {
+    bool curved;                            /* a ball of radius 1; else a plane */
+    double size, cosine;                    /* a unit's length; N.V is no less than `cosine` */
+    shd_vec3 way, way_x, way_y, at_x, at_y; /* `way` is unit */
+} shd_block_rays;
 
 /* A pattern of samples, whose mean is the pixel's center: the mean of their squared distances from
  * it, and the most of it along any one direction. */

@@ -238,8 +238,22 @@ static double samples_of(const shd_plan *plan, const shd_object *object) {
     static const double SMOOTH = 0.75;
     const double samples = plan->scene->raster.samples;
     const bool bends =
-        shd_plan_is_draft(plan) && (object->shape == SHD_SPHERE || object->shape == SHD_PLANE);
+        shd_plan_is_thin(plan) && (object->shape == SHD_SPHERE || object->shape == SHD_PLANE);
     return bends ? samples - SMOOTH * (samples - 1) : samples;
+}
+
+/* What is left of the cost of rays and of light at an object of which some blocks are sketched, as
+ * callgrind counts them (tests/bench/instructions.py). */
+static void sketch_costs(const shd_plan *plan, size_t index, double *rays_left,
+                         double *light_left) {
+    static const double RAYS = 0.4, FUSED = 0.8, WIDE = 0.5;
+    const shd_object *object = &plan->scene->objects[index];
+    *rays_left = *light_left = 1;
+    if (!plan->sketched || (object->shape != SHD_SPHERE && object->shape != SHD_PLANE) ||
+        !shd_plan_sketches(plan, &plan->groups[plan->objects[index].group]))
+        return;
+    *rays_left = RAYS;
+    *light_left = shd_isa_fuses(plan->isa) ? FUSED : WIDE;
 }
 
 const shd_kernel_cost *shd_plan_kernel_costs(const shd_plan *plan) {
@@ -259,8 +273,11 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
         const outline o = outline_of(plan, i, per_length);
         const double samples = samples_of(plan, object);
         covered += o.area / all;
-        cost.rays += samples * o.met / all * cast_of(plan, object, &o, tier);
-        cost.light += samples * o.area / all * light_of(plan, i, &costs[tier], factor, tier);
+        double rays_left, light_left;
+        sketch_costs(plan, i, &rays_left, &light_left);
+        cost.rays += samples * o.met / all * cast_of(plan, object, &o, tier) * rays_left;
+        cost.light +=
+            samples * o.area / all * light_of(plan, i, &costs[tier], factor, tier) * light_left;
         const shd_traced_cost traced = shd_find_traced_cost(plan, &paths, i);
         cost.shadow += samples * o.area / all * traced.shadow;
         cost.trace += samples * o.area / all * traced.trace;

@@ -309,20 +309,6 @@ bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_aren
     return true;
 }
 
-bool shd_plan_may_draft(const shd_plan *plan) {
-    const shd_scene *scene = plan->scene;
-    if (scene->raster.samples == 1 || plan->extended || plan->plane_count > 1) return false;
-    for (int k = SHD_LAYER_NORMAL; k < SHD_LAYER_KINDS; k++)
-        if (plan->wants[k]) return false;
-    for (size_t o = 0; o < scene->object_count; o++) {
-        const shd_object *object = &scene->objects[o];
-        if ((object->shape == SHD_SPHERE || object->shape == SHD_PLANE) &&
-            object->interpolation == SHD_PHONG && !plan->materials[object->material].textures)
-            return true;
-    }
-    return false;
-}
-
 bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan **out) {
     shd_plan *plan = shd_arena_alloc(arena, 1, sizeof *plan);
     if (!plan) return false;

@@ -176,6 +176,9 @@ typedef struct shd_plan {
     /* What one sample at a pixel's center, which `draft` takes where a surface is smooth, may be
      * off the mean of all samples (bound/light/means.h). 0 and 0: all samples are taken. */
     shd_mean_room mean_room;
+    /* Whether `draft` draws blocks that see one ball or plane in f32 from rays to colors
+     * (shade/sketch.h), where that is not of another way. */
+    bool sketched;
     shd_bound bound; /* of the picture's error, which counts all of these */
     bool whole;      /* as shd_plan_draft has it */
     /* Whether the scene has what goes beyond Phong's model and lights that are points: another
@@ -310,16 +313,30 @@ void shd_print_bound(double bound, double most, char out[SHD_BOUND_TEXT]);
 /* The same of the plan's bound: within the budget if the plan has one in that metric. */
 void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_BOUND_TEXT]);
 
-/* Whether `draft`, if it is asked for or not, takes fewer samples. False: it renders as `standard`,
- * because the document wants one sample or layers, or has no sphere or plane whose light could be
- * told to be smooth. */
-bool shd_plan_may_draft(const shd_plan *plan);
+/* Whether `draft`, if it is asked for or not, may take fewer samples, and whether it may sketch.
+ * Neither: it renders as `standard`, because the document wants layers, or has no sphere or plane
+ * whose light could be told to be smooth. */
+bool shd_plan_may_thin(const shd_plan *plan);
+bool shd_plan_may_sketch(const shd_plan *plan);
 
-static inline bool shd_plan_is_draft(const shd_plan *plan) {
+/* Whether what is lit so may be sketched: by few lights that are no spots, in few lobes that f32
+ * holds, and nothing of it takes light away. */
+bool shd_plan_sketches(const shd_plan *plan, const shd_plan_group *group);
+
+static inline bool shd_plan_may_draft(const shd_plan *plan) {
+    return shd_plan_may_thin(plan) || shd_plan_may_sketch(plan);
+}
+
+/* Whether blocks that are smooth take one sample a pixel. */
+static inline bool shd_plan_is_thin(const shd_plan *plan) {
     return plan->mean_room.absolute > 0;
 }
 
-/* What the plan's tier is called: `draft` if it takes fewer samples. */
+static inline bool shd_plan_is_draft(const shd_plan *plan) {
+    return shd_plan_is_thin(plan) || plan->sketched;
+}
+
+/* What the plan's tier is called: `draft` if it takes fewer samples or sketches. */
 const char *shd_plan_tier_name(const shd_plan *plan);
 
 /* Finds the scene's light `index` in plan->lights. False: it was dropped. */

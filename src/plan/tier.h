@@ -24,6 +24,12 @@ static const double SHD_RIM = 4e-6;
  * highlights end there as off a cliff. */
 static const double SHD_TURNED = 0x1p-22, SHD_SPLIT = 0x1p-52;
 
+/* The same of sketches (shade/sketch.h), which leave such a block to the standard tier. */
+static const double SHD_SKETCH_TURNED = 0x1p-18;
+
+/* A sketch is of so many pixels each way, and has no more lights and lobes than these. */
+enum { SHD_SKETCH_SIDE = 8, SHD_SKETCH_LIGHTS = 16, SHD_SKETCH_LOBES = 2 };
+
 /* Highlights of a shininess below 1 end at another cliff, where R.V is 0. Points at which R.V is
  * nearer to 0 than this are lit again, too. */
 static const double SHD_CLIFF = 1e-3;

@@ -7,6 +7,7 @@
 #include "shade/extended.h"
 #include "shade/packed.h"
 #include "shade/shadowed.h"
+#include "shade/sketch.h"
 #include "shade/split32.h"
 #include "shade/westin_table.h"
 
@@ -267,6 +268,7 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows,
                                .energies = energies,
                                .westin = plan->westin ? westin : NULL,
                                .mixes = mixes};
+    if (plan->sketched && !shd_sketch_prepare(lighting, arena)) return NULL;
     return lighting;
 }
 

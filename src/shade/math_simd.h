@@ -5,11 +5,20 @@
 #include "base/simd.h"
 #include "shade/packed.h"
 
+/* a b + c, fused, but in files that say SHD_LOOSE where there is no instruction for it. */
+SHD_INLINE shd_vf shd_mad(shd_vf a, shd_vf b, shd_vf c) {
+#if defined(SHD_LOOSE) && !SHD_FUSES
+    return a * b + c;
+#else
+    return shd_vf_fma(a, b, c);
+#endif
+}
+
 /* c[0] + x (c[1] + ... x c[n - 1]) */
 SHD_INLINE shd_vf shd_polynomial(shd_vf x, const float *c, int n) {
     shd_vf sum = shd_vf_set(c[n - 1]);
 #pragma GCC unroll 16
-    for (int i = n - 2; i >= 0; i--) sum = shd_vf_fma(sum, x, shd_vf_set(c[i]));
+    for (int i = n - 2; i >= 0; i--) sum = shd_mad(sum, x, shd_vf_set(c[i]));
     return sum;
 }
 
@@ -34,8 +43,8 @@ SHD_INLINE shd_vf shd_log2_1m(shd_vf d) {
     shd_vu above = (shd_vu)(one - d) - shd_vu_set(0x3f3504f3); /* sqrt(1/2) */
     shd_vi k23 = (shd_vi)above & shd_vi_set(-0x00800000);
     shd_vf scale = (shd_vf)(shd_vu_set(0x3f800000) - (shd_vu)k23); /* 2^-k */
-    shd_vf f = shd_vf_fma(-d, scale, scale - one);
-    return shd_vf_fma(shd_vf_from_vi(k23), shd_vf_set(0x1p-23f), f * shd_polynomial(f, c, 9));
+    shd_vf f = shd_mad(-d, scale, scale - one);
+    return shd_mad(shd_vf_from_vi(k23), shd_vf_set(0x1p-23f), f * shd_polynomial(f, c, 9));
 }
 
 /* (1 - d)^exponent for d in [0, 1 - 2^-24]. */

@@ -146,6 +146,7 @@ struct shd_lighting {
     const shd_wide_light *wide, *exact;   /* [plan->light_count]: for narrow points, for others */
     const shd_packed_material *materials; /* [plan->material_count] */
     const shd_shadows *shadows;           /* or NULL */
+    const struct shd_sketch_group *sketches; /* [plan->group_count] (sketch.h); NULL: none */
     shd_sums_function *brdf64;
     /* [plan->material_count] of [lobe_count]; NULL but for normalized Phong lobes */
     const shd_packed_energy *const *energies;

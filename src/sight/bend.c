@@ -50,6 +50,7 @@ typedef struct beam {
     double aside;         /* orthographic: no ray's origin is farther from the middle's */
     double sine, cosine;  /* of the largest angle between their directions */
     double step, turn;    /* |origin'|, |d'| */
+    double inverse;       /* 1 / |w| of the middle ray */
 } beam;
 
 static beam beam_of(const shd_lens *lens, double x, double y, double reach) {
@@ -58,7 +59,7 @@ static beam beam_of(const shd_lens *lens, double x, double y, double reach) {
                  step = fmax(lens->step_x, lens->step_y), aside = reach * step * (1 + SLACK);
     const shd_vec3 in_plane = shd_madd(shd_scale(camera->right, p), camera->up, q);
     if (camera->projection == SHD_ORTHOGRAPHIC)
-        return (beam){true, in_plane, shd_scale(camera->back, -1), aside, 0, 1, step, 0};
+        return (beam){true, in_plane, shd_scale(camera->back, -1), aside, 0, 1, step, 0, 1};
     const shd_vec3 w = shd_sub(in_plane, camera->back);
     const double length = shd_length(w), sine = fmin(1, aside / length + SLACK);
     return (beam){false,
@@ -68,7 +69,26 @@ static beam beam_of(const shd_lens *lens, double x, double y, double reach) {
                   sine,
                   sqrt(1 - sine * sine),
                   0,
-                  step / fmax(1, length - aside)};
+                  step / fmax(1, length - aside),
+                  1 / length};
+}
+
+/* The rays, which meet the middle's point after `t` units. */
+static void set_rays(const shd_lens *lens, const beam *b, double t, double cosine, double size,
+                     bool curved, shd_block_rays *out) {
+    const shd_camera *camera = lens->camera;
+    const shd_vec3 right = shd_scale(camera->right, lens->step_x),
+                   down = shd_scale(camera->up, -lens->step_y);
+    *out = (shd_block_rays){.curved = curved, .size = size, .cosine = cosine, .way = b->way};
+    if (b->orthographic) {
+        out->at_x = shd_scale(right, 1 / size);
+        out->at_y = shd_scale(down, 1 / size);
+        return;
+    }
+    out->way_x = shd_scale(right, b->inverse);
+    out->way_y = shd_scale(down, b->inverse);
+    out->at_x = shd_scale(out->way_x, t);
+    out->at_y = shd_scale(out->way_y, t);
 }
 
 /* Fills the slopes from the extremes: `size` is a unit's length in the world, `curve` is 1 on a
@@ -85,7 +105,8 @@ static void set_slopes(const beam *b, double t, double cosine, double size, doub
 }
 
 /* In units of the radius, around the center. */
-static bool bend_ball(const shd_item *it, const beam *b, shd_bend *out) {
+static bool bend_ball(const shd_lens *lens, const shd_item *it, const beam *b, shd_bend *out,
+                      shd_block_rays *rays) {
     const shd_vec3 eye = shd_madd(it->eye, b->origin, 1 / it->size);
     const double along = shd_dot(eye, b->way), away = shd_length(eye);
     const shd_vec3 foot = shd_madd(eye, b->way, -along);
@@ -109,10 +130,12 @@ static bool bend_ball(const shd_item *it, const beam *b, shd_bend *out) {
     out->normal = shd_madd(foot, b->way, -half);
     out->point = shd_madd(it->to_world.origin, out->normal, it->size);
     set_slopes(b, ahead - cosine + SLACK * away, cosine, it->size, 1, out);
+    if (rays) set_rays(lens, b, -along - half, cosine, it->size, true, rays);
     return true;
 }
 
-static bool bend_plane(const shd_sight *sight, const shd_item *it, const beam *b, shd_bend *out) {
+static bool bend_plane(const shd_sight *sight, const shd_item *it, const beam *b, shd_bend *out,
+                       shd_block_rays *rays) {
     const shd_vec3 eye = shd_sub(shd_add(sight->lens.camera->position, b->origin),
                                  it->to_world.origin),
                    up = {it->normal_map.linear[0][1], it->normal_map.linear[1][1],
@@ -134,10 +157,12 @@ static bool bend_plane(const shd_sight *sight, const shd_item *it, const beam *b
     out->normal = normal;
     out->point = shd_madd(shd_add(it->to_world.origin, eye), b->way, height / straight);
     set_slopes(b, (height + b->aside) / cosine, cosine, 1, 0, out);
+    if (rays) set_rays(&sight->lens, b, height / straight, cosine, 1, false, rays);
     return true;
 }
 
-bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out) {
+bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,
+                    shd_block_rays *rays) {
     const shd_block *seen = &survey->blocks[block];
     if (seen->count != 1 || seen->next < survey->candidate_count) return false;
     const uint32_t object = survey->candidates[seen->first];
@@ -152,5 +177,6 @@ bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t blo
     const beam b = beam_of(&sight->lens, x, y, out->reach);
     out->object = object;
     out->view = shd_scale(b.way, -1);
-    return it->ball ? bend_ball(it, &b, out) : bend_plane(sight, it, &b, out);
+    return it->ball ? bend_ball(&sight->lens, it, &b, out, rays)
+                    : bend_plane(sight, it, &b, out, rays);
 }

@@ -9,10 +9,10 @@ NONE = 442  # the row of pictures that are equal
 LOW, HIGH = -6, 0  # decades of error
 STYLE = """
 svg { --page: #ffffff; --ink: #22262e; --soft: #5a606c; --line: #dfe2e8;
-  --exact: #1f5fbf; --standard: #c2560c; --budget: #8a2fa8; --other: #4b5563; }
+  --exact: #1f5fbf; --standard: #c2560c; --draft: #14794a; --budget: #8a2fa8; --other: #4b5563; }
 @media (prefers-color-scheme: dark) {
   svg { --page: #14171c; --ink: #e8eaef; --soft: #a4abb8; --line: #303640;
-    --exact: #7fb0ff; --standard: #ffa25e; --budget: #d79bf0; --other: #c3c9d4; } }
+    --exact: #7fb0ff; --standard: #ffa25e; --draft: #66d19e; --budget: #d79bf0; --other: #c3c9d4; } }
 text { font-size: 12px; fill: var(--ink); }
 .soft { fill: var(--soft); } .title { font-size: 17px; } .grid { stroke: var(--line); }
 .front { stroke: var(--soft); stroke-dasharray: 4 3; fill: none; }

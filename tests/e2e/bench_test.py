@@ -51,7 +51,7 @@ class BenchTest(unittest.TestCase):
             self.assertLessEqual(max(samples["tiles"]), max(samples["wall"]))
         self.assertEqual(picture.stat().st_size, timed["bytes"])
         self.assertEqual([tier["tier"] for tier in compared["compare"]["tiers"]],
-                         ["standard", "exact"])  # of one sample a pixel
+                         ["draft", "standard", "exact"])
 
     def test_library_says_what_is_wrong(self):
         done = run("library", ["1"], [{"text": '{"objects": [{"type": "cube"}]}'}])

@@ -11,7 +11,7 @@ from e2e.daemon_test import Folder, wait_until
 from e2e.queue_test import Client, occupied, wait_until_read
 
 SHADE = str(BUILD / "shade")
-TIERS = ["standard", "exact"]
+TIERS = ["draft", "standard", "exact"]
 LONG = {"objects": [{"type": "torus"}], "image": {"width": 4096, "height": 4096, "samples": 16},
         "lights": [{"type": "point", "position": [3, i, 3]} for i in range(32)]}
 BAD = [b"{", b"", b"[1,]", b"{}", b'{"objects":[{"type":"sphere","radius":-1,"colour":1}]}',

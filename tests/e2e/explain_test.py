@@ -89,16 +89,33 @@ class Http(unittest.TestCase):
         for stage in ("visibility", "shade"):
             self.assertLess(draft["milliseconds"][stage], standard["milliseconds"][stage])
 
+    def test_drafts_of_one_sample_are_sketched_and_say_so(self):
+        lights = [{"type": "directional", "direction": [0, -1, -1]}]
+        scene = {"image": {"width": 64, "height": 48, "samples": 1}, "lights": lights,
+                 "objects": [{"type": "sphere"}]}
+        for accuracy, limit in (({"tier": "draft"}, 1e-4), ({"maxError": 1e-3, "metric": "linear"}, 1e-3),
+                                ({"maxError": 0.5}, 1e-2)):
+            told = self.explain({**scene, "accuracy": accuracy})
+            self.assertEqual((told["tier"], told["samples"]["pattern"]), ("draft", "center"))
+            self.assertLess(told["bound"]["linear"]["most"], limit)
+            self.assertTrue(any("Sketches: " in line for line in told["words"]))
+            draft, standard, _ = told["tiers"]
+            for stage in ("visibility", "shade"):
+                self.assertLess(draft["milliseconds"][stage], standard["milliseconds"][stage])
+        for accuracy in ({"maxError": 1e-6, "metric": "linear"}, {"tier": "standard"}):
+            told = self.explain({**scene, "accuracy": accuracy})
+            self.assertNotEqual(told["tier"], "draft")
+            self.assertFalse(any("Sketches: " in line for line in told["words"]))
+
     def test_draft_is_standard_where_it_knows_no_better_and_says_so(self):
-        image = {**SCENE["image"], "samples": 1}
-        for change in ({"image": image}, {"objects": [{"type": "torus"}]}, {"interpolation": "flat"},
+        for change in ({"objects": [{"type": "torus"}]}, {"interpolation": "flat"},
                        {"output": {"format": "exr", "layers": ["beauty", "diffuse"]}}):
             with self.subTest(**change):
                 draft, standard = ({**SCENE, **change, "accuracy": {"tier": tier}}
                                    for tier in ("draft", "standard"))
                 told = self.explain(draft)
                 self.assertEqual((told["asked"], told["tier"]), ({"tier": "draft"}, "standard"))
-                self.assertIn("draft was asked for, which takes fewer samples only", told["words"][0])
+                self.assertIn("draft was asked for, which is another one only", told["words"][0])
                 pictures = [self.daemon.render(scene) for scene in (draft, standard)]
                 self.assertEqual(pictures[0].body, pictures[1].body)
                 plans = [picture.headers["Shaded-Plan"] for picture in pictures]
@@ -140,10 +157,10 @@ class Http(unittest.TestCase):
     def test_budgets_are_met_by_leaving_out(self):
         told = self.explain(BUDGET)
         self.assertEqual(told["asked"], {"maxError": 0.5, "metric": "deltaE2000"})
-        self.assertEqual(told["tier"], "standard")
+        self.assertEqual(told["tier"], "draft")
         self.assertEqual(why(told), [None, "what it adds is under the budget"])
         self.assertLessEqual(told["bound"]["deltaE2000"]["most"], 0.5)
-        self.assertEqual(told["samples"]["pattern"], "full")
+        self.assertEqual(told["samples"]["pattern"], "mixed")
         self.assertTrue(any("against the same" in line for line in told["words"]))
         self.assertGreater(told["leftOut"]["lights"], 0)
 

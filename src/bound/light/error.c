@@ -9,6 +9,13 @@ static const shd_path_error fast[] = {
     [SHD_PATH_POINT] = {2.6 * U32, 2.4 * U32, 2.3 * U32},
     [SHD_PATH_ATTENUATED] = {2.6 * U32, 9.4 * U32, 2.3 * U32},
 };
+/* Of sketches: light's directions err by 13 units, normals by 34 and mirrored views by 154 (proven
+ * in shade/sketch.c), beside what is told above, of products that may not be fused. */
+static const shd_path_error sketched[] = {
+    [SHD_PATH_DIRECTIONAL] = {52 * U32, 1.2 * U32, 170 * U32},
+    [SHD_PATH_POINT] = {52 * U32, 20 * U32, 170 * U32},
+    [SHD_PATH_ATTENUATED] = {52 * U32, 40 * U32, 170 * U32},
+};
 /* Of N.V, the products and the difference, and because N and V are not unit to the last digit. */
 static const shd_path_error exact = {4 * U64, 8 * U64, 8 * U64};
 
@@ -16,9 +23,22 @@ const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path) {
     return tier == SHD_EXACT ? &exact : &fast[path];
 }
 
+const shd_path_error *shd_sketch_error_of(shd_path path) {
+    return &sketched[path];
+}
+
+void shd_lobe_error_sketch(shd_lobe_error *e) {
+    e->square *= 2;
+    e->ratio *= 2;
+    e->rough *= 2;
+}
+
 double shd_color_error(const shd_plan *plan, shd_tier tier) {
     const shd_scene *scene = plan->scene;
     double roundings = tier == SHD_EXACT ? 1 : SHD_LIGHT_GROUP + 1;
+    /* Of each light's terms, their colors, and the sum. */
+    if (plan->sketched)
+        roundings += fmin((double)plan->light_count, SHD_SKETCH_LIGHTS) * (1 + SHD_SKETCH_LOBES);
     for (size_t i = 0; i < scene->object_count; i++)
         if (scene->objects[i].interpolation == SHD_GOURAUD) {
             roundings++;

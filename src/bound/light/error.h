@@ -31,6 +31,10 @@ typedef struct shd_path_error {
 
 const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path);
 
+/* Of a plan that is sketched (shade/sketch.h): no less than the standard tier's, which draws the
+ * rest of its pictures; and what becomes of that tier's lobes. */
+const shd_path_error *shd_sketch_error_of(shd_path path);
+
 /* The relative error of a color. It counts the sum of a group of lights in f32 (or the rounding of
  * an f64 sum to f32), products with the material, interpolation between vertices, the mean of a
  * pixel's samples, and the sum of its parts if it sees several materials or the background. */
@@ -54,6 +58,8 @@ typedef struct shd_lobe_error {
 
 /* `lights`: how many the scene has, for these share what is cut off. */
 shd_lobe_error shd_lobe_error_of(shd_tier tier, double shininess, size_t lights);
+
+void shd_lobe_error_sketch(shd_lobe_error *e);
 
 /* (shine+)^shininess. */
 double shd_shine_power(double shine, double shininess);

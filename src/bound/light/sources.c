@@ -13,6 +13,11 @@ static shd_path path_of(const shd_plan_light *light) {
                                               : SHD_PATH_POINT;
 }
 
+static const shd_path_error *error_of(const shd_finding *f, const shd_plan_light *light) {
+    return f->plan->sketched ? shd_sketch_error_of(path_of(light))
+                             : shd_path_error_of(f->tier, path_of(light));
+}
+
 /* `from_origin`: how far the light is away from the frame's. */
 static shd_moved moved_by_f32(const shd_plan *plan, const shd_place *place,
                               const shd_plan_light *light, double from_origin) {
@@ -52,7 +57,7 @@ shd_source shd_source_of(const shd_finding *f, uint32_t index) {
     const shd_plan *plan = f->plan;
     const shd_plan_light *light = &plan->lights[index];
     shd_source s = {.light = light,
-                    .error = shd_path_error_of(f->tier, path_of(light)),
+                    .error = error_of(f, light),
                     .term = f->terms.first[f->hues.of_light[index]],
                     .strength = f->hues.strength[index]};
     if (light->directional) return s;
@@ -146,7 +151,7 @@ static void add_cluster(shd_finding *f, const shd_plan_object *object, shd_clust
     const shd_plan_light as = {.directional = cluster->directional,
                                .attenuated = cluster->attenuated};
     shd_source from = {.light = &as,
-                       .error = shd_path_error_of(f->tier, path_of(&as)),
+                       .error = error_of(f, &as),
                        .term = f->terms.first[cluster->hue],
                        .strength = cluster->strength};
     if (!from.term) return;

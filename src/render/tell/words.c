@@ -46,8 +46,7 @@ static void say_tier(json_t *words, const shd_explained *e) {
     const shd_accuracy *accuracy = &plan->scene->accuracy;
     const char *tier = shd_plan_tier_name(plan), *isa = shd_isa_name(plan->isa);
     if (accuracy->budget)
-        say_line(words,
-                 "Tier %s, with %s kernels: the cheapest one but draft that stays within %.6g %s.",
+        say_line(words, "Tier %s, with %s kernels: the cheapest one that stays within %.6g %s.",
                  tier, isa, accuracy->max_error, shd_metric_names[accuracy->metric]);
     if (accuracy->budget && accuracy->max_error < accuracy->whole)
         say_line(words, "The rest of the %.6g is for what the format loses, which is measured.",
@@ -57,9 +56,9 @@ static void say_tier(json_t *words, const shd_explained *e) {
         say_line(words, "Tier %s: the only one for %s.", tier, why_exact(plan));
     else if (strcmp(tier, shd_asked_tier(accuracy)))
         say_line(words,
-                 "Tier %s, with %s kernels: %s was asked for, which takes fewer "
-                 "samples only of spheres and planes of Phong's model without patterns and "
-                 "pictures, where there are several and no layers.",
+                 "Tier %s, with %s kernels: %s was asked for, which is another "
+                 "one only of spheres and planes of Phong's model without patterns and pictures, "
+                 "where there are no layers, and several samples or few lights.",
                  tier, isa, shd_asked_tier(accuracy));
     else
         say_line(words, "Tier %s, with %s kernels, as asked for.", tier, isa);
@@ -280,13 +279,20 @@ static void say_samples(json_t *words, const shd_plan *plan) {
     const int samples = plan->scene->raster.samples;
     if (samples == 1)
         say_line(words, "Samples: one a pixel, through its center.");
-    else if (shd_plan_is_draft(plan))
+    else if (shd_plan_is_thin(plan))
         say_line(words,
                  "Samples: one at the center of a pixel where a sphere or a plane fills 8 x 8 of "
                  "them and bends light by no more than %.2g + %.2g of a value, all %d elsewhere.",
                  plan->mean_room.absolute, plan->mean_room.relative, samples);
     else
         say_line(words, "Samples: all %d of every pixel.", samples);
+}
+
+static void say_sketches(json_t *words, const shd_plan *plan) {
+    if (plan->sketched)
+        say_line(words,
+                 "Sketches: where a sphere or a plane fills 8 x 8 pixels, f32 draws them from "
+                 "rays to colors, but for silhouettes, near lights and where highlights end.");
 }
 
 static void say_outputs(json_t *words, const shd_explained *e) {
@@ -327,6 +333,7 @@ json_t *shd_explain_words(const shd_explained *e) {
     say_traced(words, e);
     say_noise(words, e->plan);
     say_samples(words, e->plan);
+    say_sketches(words, e->plan);
     say_outputs(words, e);
     say_tiers(words, e);
     return words;

@@ -9,6 +9,7 @@
 #include "render/tiles/radiance.h"
 #include "render/tiles/sky.h"
 #include "render/tiles/traced.h"
+#include "shade/sketch.h"
 
 /* One thread's working memory. */
 typedef struct film_scratch {
@@ -175,6 +176,26 @@ static void paint_plane(const film_job *j, film_scratch *s, const shd_fragments 
     }
 }
 
+enum { ALL_SKETCHED = (1 << SHD_BUNDLES) - 1 };
+
+/* Copies the blocks that are drawn over the beauty. */
+static void lay_sketch(const shd_tile_scratch *t, bool transparent, film_scratch *s) {
+    enum { SIDE = SHD_SKETCH_SIDE, ACROSS = SHD_TILE / SIDE };
+    if (t->sketched == ALL_SKETCHED && !transparent) {
+        for (int c = 0; c < 3; c++) memcpy(s->pixels[c], t->sketch[c], sizeof s->pixels[c]);
+        return;
+    }
+    for (uint32_t left = t->sketched; left; left &= left - 1) {
+        const size_t block = (size_t)__builtin_ctz(left);
+        size_t at = (block / ACROSS * SHD_TILE + block % ACROSS) * SIDE;
+        for (size_t y = 0; y < SIDE; y++, at += SHD_TILE) {
+            for (int c = 0; c < 3; c++)
+                memcpy(s->pixels[c] + at, t->sketch[c] + at, SIDE * sizeof(float));
+            for (size_t x = 0; transparent && x < SIDE; x++) s->cover[at + x] = 1;
+        }
+    }
+}
+
 /* ---- From pixels to the film. ---- */
 
 /* The index of a pixel of the raster in its tile's planes. */
@@ -297,7 +318,8 @@ static void render_tile(void *context, size_t index, unsigned slot) {
     const shd_fragments *f = find_fragments(j, s, index, tile);
 
     const shd_scene *scene = j->scenery.plan->scene;
-    if (j->film->codes && !f->count && !scene->backdrop) {
+    const uint32_t sketched = s->tile ? s->tile->sketched : 0;
+    if (j->film->codes && !f->count && !scene->backdrop && !sketched) {
         store_codes(j, s, tile, true);
     } else {
         if (f->coverage || scene->transparent || scene->backdrop) {
@@ -306,7 +328,8 @@ static void render_tile(void *context, size_t index, unsigned slot) {
                 s->cover[f->cell[i]] += f->coverage ? f->coverage[i] : 1;
         }
         for (size_t p = 0; p < j->scenery.plan->plane_count && !is_stopped(j); p++) {
-            paint_plane(j, s, f, tile, p);
+            if (sketched != ALL_SKETCHED) paint_plane(j, s, f, tile, p);
+            if (sketched) lay_sketch(s->tile, scene->transparent, s);
             if (p)
                 store_floats(j, s, tile, j->film->planes[p], 3);
             else if (j->film->rgba)

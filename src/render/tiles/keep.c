@@ -174,6 +174,7 @@ static bool find_keys(const shd_plan *plan, shd_reuse_key *geometry, shd_reuse_k
     const shd_scene *scene = plan->scene;
     if (plan->tier == SHD_EXACT || plan->plane_count > 1 || plan->drop_tolerance > 0) return false;
     if (plan->extended) return false; /* keys know nothing of models */
+    if (plan->sketched) return false; /* sketches have neither hits nor sums */
     for (int k = SHD_LAYER_NORMAL; k < SHD_LAYER_KINDS; k++)
         if (plan->wants[k]) return false;
     for (size_t o = 0; o < scene->object_count; o++)

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "bound/light/means.h"
+#include "shade/sketch.h"
 #include "sight/bend.h"
 
 /* The row's pixels from `left` up to `right`. */
@@ -41,13 +42,37 @@ static void add_block(shd_tile tile, size_t block, size_t samples, shd_tile_scra
                                                  (uint16_t)samples, &s->survey.blocks[block]};
 }
 
-/* Whether one sample at the center of each of a block's pixels is within plan->mean_room of all. */
-static bool is_smooth(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s) {
+/* How a block is looked at. */
+typedef enum look { LOOK_AT_ALL, LOOK_ONCE, LOOK_DONE } look;
+
+/* Draws a block's pixels if they may be sketched. */
+static bool sketch_block(const shd_scenery *scenery, size_t block, const shd_bend *bend,
+                         const shd_block_rays *rays, shd_tile_scratch *s) {
+    if (!scenery->plan->sketched) return false;
+    const size_t x = block % (size_t)s->survey.across, y = block / (size_t)s->survey.across;
+    float *rgb[3];
+    for (int c = 0; c < 3; c++) rgb[c] = s->sketch[c] + (y * SHD_TILE + x) * SHD_SKETCH_SIDE;
+    if (!shd_sketch_block(scenery->lighting, bend, rays, SHD_TILE, rgb)) return false;
+    s->sketched |= 1u << block;
+    return true;
+}
+
+/* Looks at a block by draft's ways: all of its pixels take one sample at their centers, if that is
+ * within plan->mean_room of the mean of all. */
+static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
+    const bool one = plan->scene->raster.samples == 1;
     shd_bend bend;
-    return shd_sight_bend(scenery->sight, &s->survey, block, &bend) &&
-           !plan->materials[plan->objects[bend.object].material].textures &&
-           shd_mean_is_central(plan, &bend, &s->spread, &plan->mean_room);
+    shd_block_rays rays;
+    if (!shd_sight_bend(scenery->sight, &s->survey, block, &bend, &rays) ||
+        plan->materials[plan->objects[bend.object].material].textures)
+        return LOOK_AT_ALL;
+    if (!one && (!shd_plan_is_thin(plan) ||
+                 !shd_mean_is_central(plan, &bend, &s->spread, &plan->mean_room)))
+        return LOOK_AT_ALL;
+    return sketch_block(scenery, block, &bend, &rays, s) ? LOOK_DONE
+           : one                                         ? LOOK_AT_ALL
+                                                         : LOOK_ONCE;
 }
 
 /* Lists all pixels of blocks where something may be seen, block by block, so that a bundle's rays
@@ -59,9 +84,11 @@ static void list_blocks(const shd_scenery *scenery, shd_tile tile, size_t sample
     s->bundle_count = 0;
     for (size_t block = 0; block < blocks; block++) {
         if (!s->survey.blocks[block].count) continue;
-        if (shd_plan_is_draft(scenery->plan) && is_smooth(scenery, block, s))
+        const look how =
+            shd_plan_is_draft(scenery->plan) ? look_lightly(scenery, block, s) : LOOK_AT_ALL;
+        if (how == LOOK_ONCE)
             add_block(tile, block, 1, s);
-        else
+        else if (how == LOOK_AT_ALL)
             rest[count++] = block;
     }
     for (size_t k = 0; k < count; k++) add_block(tile, rest[k], samples, s);

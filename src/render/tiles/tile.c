@@ -417,6 +417,7 @@ const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd
     const shd_record *known = scenery->recall.geometry;
     s->fragments.count = s->fragments.run_count = 0;
     s->whole = true;
+    s->sketched = 0;
     if (s->stray) memset(s->stray, 0, SHD_TILE_PIXELS * sizeof *s->stray);
     s->tile = index;
     s->recalled = known ? shd_record_get(known, index) : NULL;
@@ -424,7 +425,9 @@ const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd
     const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE;
     shd_sight_survey(scenery->sight, (shd_tile){left, top, SHD_TILE, SHD_TILE}, &s->survey);
     if (s->survey.candidate_count) {
+        if (scenery->plan->sketched) shd_end(watch, &watch->times.visibility);
         shd_list_pixels(scenery, tile, s);
+        if (scenery->plan->sketched) shd_end(watch, &watch->times.shade);
         sample_pixels(scenery, tile, s, film, watch);
     } else {
         shd_end(watch, &watch->times.visibility);

@@ -22,7 +22,8 @@ typedef struct shd_scenery {
     shd_recall recall;
 } shd_scenery;
 
-/* Looks at the pixels of tile `index`. The fragments live in the scratch until the next call. Data
+/* Looks at the pixels of tile `index`. Those of scratch->sketched are drawn, and have no fragments,
+ * which live in the scratch until the next call. Data
  * layers go to the film at once. Ends the stages visibility, shade, shadow and
  * trace. `tile` lies within
  * one tile of the grid. */

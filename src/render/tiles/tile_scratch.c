@@ -64,7 +64,7 @@ static void lay_out_fragments(const shd_plan *plan, size_t samples, shd_scratch 
     f->sums = shd_scratch_rows32(memory, shd_sum_of(plan, plan->plane_count, 0, 0),
                                  f->capacity + SHD_LANES);
     const size_t step = shd_pixels_at_once(samples), all = (SHD_TILE_PIXELS + step - 1) / step,
-                 chunks = all + shd_plan_is_draft(plan); /* and one of what takes one sample */
+                 chunks = all + shd_plan_is_thin(plan); /* and one of what takes one sample */
     f->runs = shd_scratch_take(memory, chunks * s->run_capacity, sizeof *f->runs);
 }
 
@@ -83,6 +83,8 @@ shd_tile_scratch *shd_tile_scratch_lay_out(const shd_plan *plan, shd_scratch *me
         s->fragments = (shd_fragments){
             .capacity = SHD_CHUNK, .cell = s->cell, .sums = s->sums, .runs = s->runs};
     if (samples == 1) s->coverage = s->alpha;
-    if (shd_plan_is_draft(plan)) s->spread = shd_spread_of((int)samples);
+    if (shd_plan_is_thin(plan)) s->spread = shd_spread_of((int)samples);
+    for (int c = 0; plan->sketched && c < 3; c++)
+        s->sketch[c] = shd_scratch_take(memory, SHD_TILE_PIXELS, sizeof *s->sketch[c]);
     return made;
 }

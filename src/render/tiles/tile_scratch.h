@@ -28,6 +28,10 @@ typedef struct shd_tile_scratch {
     shd_bundle bundles[SHD_BUNDLES]; /* which of them are cast together */
     size_t bundle_count;
     shd_pattern_spread spread; /* of samples, if bundles may take one instead (plan->mean_room) */
+    /* Of a plan that is sketched: the survey's blocks whose pixels are drawn, as bits, and their
+     * colors by cell. */
+    uint32_t sketched;
+    float *sketch[3]; /* [SHD_TILE_PIXELS] */
 
     /* A chunk's rays. */
     int32_t *x, *y;

@@ -1,0 +1,169 @@
+/* What f32 errs by, with u = 2^-24, c the least N.V of the block, o the way of a pixel's ray beside
+ * the block's middle in units of the ball's radius, r the most of |o| by its parts, and w the ray's
+ * direction, which has the length 1 in the middle and is off that by WIDE c at most. The middle's
+ * point, normal and ray are of f64.
+ *
+ * Where a ray meets the ball (sketch.simd.c). As r <= FLAT c^2, o.(m + q) = C is at most r (2 + r)
+ * <= 0.96 c^2. root is c at least, and -b, which is -m.w - o.w, 0.9 c - 0.44 c^2 >= 0.46 c. So s is
+ * at most 0.96 c^2 / (1.46 c) = 0.66 c. o is off by 3 u r, w by 3.5 u, q by 3.2 u, C by 8 u r (2 +
+ * r), b by 11 u, root by 28 u, and s by 13 u r / c + 27 u s / c. That is at most 25 u, and so
+ * normals, with the roundings of m and of two sums, are off by 34 u. On a plane, C is 2 o.m, root
+ * is -b, and s is off by no more of itself. Its normal is rounded by u.
+ *
+ * Lights. The point is o + s w beside the middle, which is off by u r (3 + 14.5 / c + 52 / c^2).
+ * bend->points tells that no point is farther from the middle than M, and M is r / (1.24 c) or
+ * more. Lights that are nearer than NEAR M / c are not for sketches, so that none is turned by more
+ * than 11 u by that; its own place, relative to the middle, is rounded, and so is the difference:
+ * 13 u.
+ *
+ * Mirrored views. |w| is off by 6.5 u of it, N.V by 36 u, and W = w / |w| + 2 (N.V) N by no more
+ * than 11 u + 2 (36 u + 34 u) + 3 u = 154 u.
+ *
+ * tests/property/sketch.c sees a tenth of it: these are the most that roundings add up to where all
+ * of them lie one way, at the most grazing rays that are sketched. */
+#include "shade/sketch_job.h"
+
+/* As above. */
+static const double FLAT = 0.4, NEAR = 8, WIDE = 0.1;
+
+/* Distances in the plan's frame of which f32 loses nothing; more than chords of f32 are off by. */
+static const double LEAST = 1e-6, MOST = 1e11, OFF = 1e-4;
+
+/* ---- Lights on materials. ---- */
+
+static shd_sketch_light light_of(const shd_plan_material *material, const shd_packed_light *from) {
+    shd_sketch_light out = {.from = from};
+    for (int c = 0; c < 3; c++) {
+        const double color = (double)from->color[c];
+        out.diffuse[c] = (float)(material->diffuse[c] * color);
+        for (size_t k = 0; k < material->lobe_count; k++)
+            out.specular[k][c] = (float)(material->lobes[k].specular[c] * color);
+    }
+    return out;
+}
+
+/* False: memory. */
+static bool prepare_group(const shd_lighting *lighting, const shd_plan_group *group,
+                          shd_arena *arena, shd_sketch_group *out) {
+    const shd_plan *plan = lighting->plan;
+    const shd_plan_material *material = &plan->materials[group->material];
+    *out = (shd_sketch_group){.fits = shd_plan_sketches(plan, group),
+                              .lobes = lighting->materials[group->material].lobes,
+                              .lobe_count = material->lobe_count,
+                              .light_count = group->light_count};
+    shd_sketch_light *lights =
+        out->fits ? shd_arena_alloc(arena, group->light_count, sizeof *lights) : NULL;
+    out->lights = lights;
+    if (!out->fits) return true;
+    for (int c = 0; c < 3; c++) out->constant[c] = (float)material->constant[c];
+    for (size_t k = 0; k < out->lobe_count; k++)
+        out->reach = fmaxf(out->reach, out->lobes[k].reach);
+    for (size_t k = 0; lights && k < group->light_count; k++) {
+        const shd_packed_light *from = &lighting->lights[group->lights[k]];
+        out->fits = out->fits && from->kind != SHD_KIND_WIDE;
+        lights[k] = light_of(material, from);
+    }
+    return lights;
+}
+
+bool shd_sketch_prepare(shd_lighting *lighting, shd_arena *arena) {
+    const shd_plan *plan = lighting->plan;
+    shd_sketch_group *groups = shd_arena_alloc(arena, plan->group_count, sizeof *groups);
+    lighting->sketches = groups;
+    for (size_t g = 0; groups && g < plan->group_count; g++)
+        if (!prepare_group(lighting, &plan->groups[g], arena, &groups[g])) return false;
+    return groups;
+}
+
+/* ---- Blocks. ---- */
+
+static void round_vec(shd_vec3 v, float out[3]) {
+    out[0] = (float)v.x;
+    out[1] = (float)v.y;
+    out[2] = (float)v.z;
+}
+
+/* Whether a vector that grows by `x` and `y` to the right and down is `most` at most, and so are
+ * the lengths of its parts together. */
+static bool is_within(shd_vec3 x, shd_vec3 y, double most) {
+    static const double HALF = (SHD_SKETCH_SIDE - 1) * 0.5;
+    return 2 * HALF * HALF * (shd_dot(x, x) + shd_dot(y, y)) <= most * most;
+}
+
+static bool is_steady(const shd_block_rays *rays) {
+    return is_within(rays->way_x, rays->way_y, WIDE * rays->cosine) &&
+           (!rays->curved || is_within(rays->at_x, rays->at_y, FLAT * rays->cosine * rays->cosine));
+}
+
+/* What lights meet at a block. */
+typedef struct view {
+    const shd_bend *bend;
+    double cosine, moved; /* the least N.V; no point is farther from the middle */
+    shd_vec3 mirror;      /* W in the middle */
+    double turned;        /* by how much it and L may be closer elsewhere, but for L */
+    double chord;         /* of what is nearer than that, lobes are not nothing */
+} view;
+
+/* False: it is not for sketches. *some: it may light the block. */
+static bool place_light(const shd_plan *plan, const shd_plan_light *light, const view *v,
+                        shd_sketch_place *out, bool *some) {
+    const shd_bend *bend = v->bend;
+    shd_vec3 way = light->toward;
+    double moves = 0;
+    if (!light->directional) {
+        const shd_vec3 path = shd_sub(light->position, bend->point);
+        const double away = shd_length(path), near = away - v->moved;
+        if (!(NEAR * v->moved <= v->cosine * near) || !(near * plan->scale > LEAST) ||
+            !((away + v->moved) * plan->scale < MOST))
+            return false;
+        round_vec(shd_scale(path, plan->scale), out->at);
+        way = shd_scale(path, 1 / away);
+        moves = v->moved / near;
+    } else {
+        round_vec(way, out->at);
+    }
+    const double facing = shd_dot(bend->normal, way),
+                 turned = bend->normals.first * bend->reach + moves,
+                 chord = v->chord + v->turned + moves;
+    const shd_vec3 apart = shd_sub(way, v->mirror);
+    out->turns = !(facing > turned + OFF);
+    out->shines = shd_dot(apart, apart) <= chord * chord;
+    *some = facing + turned + 1e-9 > 0;
+    return true;
+}
+
+bool shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend,
+                      const shd_block_rays *rays, size_t stride, float *const rgb[3]) {
+    static shd_sketch_function *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sketch);
+    const shd_plan *plan = lighting->plan;
+    const size_t of = plan->objects[bend->object].group;
+    const shd_sketch_group *group = &lighting->sketches[of];
+    if (!group->fits || !is_steady(rays)) return false;
+    const shd_vec3 n = bend->normal;
+    const view v = {bend,
+                    rays->cosine,
+                    bend->points.first * bend->reach,
+                    shd_sub(shd_scale(n, 2 * shd_dot(n, bend->view)), bend->view),
+                    (2 * bend->normals.first + bend->views.first) * bend->reach + OFF,
+                    sqrt((double)group->reach)};
+    shd_sketch_job j;
+    j.group = group;
+    j.curved = rays->curved;
+    j.scale = (float)(rays->size * plan->scale);
+    j.count = 0;
+    for (size_t k = 0; k < group->light_count; k++) {
+        bool some;
+        j.places[j.count].light = &group->lights[k];
+        if (!place_light(plan, &plan->lights[plan->groups[of].lights[k]], &v, &j.places[j.count],
+                         &some))
+            return false;
+        j.count += some;
+    }
+    round_vec(n, j.middle);
+    round_vec(rays->way, j.way);
+    round_vec(rays->way_x, j.way_x);
+    round_vec(rays->way_y, j.way_y);
+    round_vec(rays->at_x, j.at_x);
+    round_vec(rays->at_y, j.at_y);
+    return kernels[plan->isa](&j, stride, rgb);
+}

@@ -1,0 +1,24 @@
+/* Draft's own way: a block of pixels through which one ball or plane is seen, in f32 from the eye's
+ * rays to colors, without hits or sums in between.
+ *
+ * All is told from the middle of the block, which f64 finds (plan/bend.h): where a ray meets the
+ * surface, and lights, are differences from there, so that f32 rounds what is as small as the block
+ * and not what is as large as the scene. What that errs by is told by bound/light/error.h, and
+ * proven in sketch.c. tests/property/sketch.c holds it against f64. */
+#pragma once
+
+#include "shade/lighting.h"
+
+enum { SHD_SKETCH_PIXELS = SHD_SKETCH_SIDE * SHD_SKETCH_SIDE };
+
+typedef struct shd_sketch_group shd_sketch_group;
+
+/* Makes lighting->sketches, which a plan that is sketched has. False: the arena is full. */
+bool shd_sketch_prepare(shd_lighting *lighting, shd_arena *arena);
+
+/* Writes the colors of a block of a plan that is sketched (shd_plan.sketched) to three planes,
+ * whose rows are `stride` apart. False: it is not told how far off they are, as at silhouettes,
+ * near lights and where highlights end at the horizon, and what is written is of no use. Any
+ * thread. */
+bool shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend,
+                      const shd_block_rays *rays, size_t stride, float *const rgb[3]);

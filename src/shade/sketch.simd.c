@@ -1,0 +1,150 @@
+/* Blocks of pixels from rays to colors in f32, a vector of pixels at a time, with all lights on it
+ * while its colors stay in registers. Compiled once for each instruction set; those that fuse give
+ * the same bits. */
+#define SHD_LOOSE /* where nothing fuses, products are rounded */
+#include "base/cpu.h"
+#include "shade/fast_simd.h"
+#include "shade/sketch_job.h"
+
+#define ROW(y)    y, y, y, y, y, y, y, y
+#define COLUMNS() -3.5f, -2.5f, -1.5f, -0.5f, 0.5f, 1.5f, 2.5f, 3.5f
+
+/* From the block's middle to its pixels' centers. */
+_Alignas(64) static const float across[SHD_SKETCH_PIXELS] = {
+    COLUMNS(), COLUMNS(), COLUMNS(), COLUMNS(), COLUMNS(), COLUMNS(), COLUMNS(), COLUMNS()};
+_Alignas(64) static const float down[SHD_SKETCH_PIXELS] = {
+    ROW(-3.5f), ROW(-2.5f), ROW(-1.5f), ROW(-0.5f), ROW(0.5f), ROW(1.5f), ROW(2.5f), ROW(3.5f)};
+
+/* What is seen through a vector of pixels. */
+typedef struct seen {
+    shd_vf moved[3], normal[3], mirror[3]; /* from the middle, in the plan's frame; unit; unit */
+} seen;
+
+/* From o, beside the middle m of the surface, the ray o + s w meets the ball where |m + o + s w| =
+ * 1. With q = m + o, b = q.w, and c = |q|^2 - 1 = o.(m + q), which does not cancel, that is
+ * s = c / (root - b) with root = sqrt(b^2 - |w|^2 c), and N.w is -root there. A plane has m for its
+ * normal, c = 2 o.m, and root = -b. */
+SHD_INLINE seen meet(const shd_sketch_job *j, int i, bool curved) {
+    const shd_vf x = shd_vf_load(across + i), y = shd_vf_load(down + i);
+    shd_vf w[3], o[3], m[3], sum[3], q[3];
+    seen out;
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) {
+        m[c] = shd_vf_set(j->middle[c]);
+        w[c] = shd_mad(y, shd_vf_set(j->way_y[c]),
+                       shd_mad(x, shd_vf_set(j->way_x[c]), shd_vf_set(j->way[c])));
+        o[c] = shd_mad(y, shd_vf_set(j->at_y[c]), x * shd_vf_set(j->at_x[c]));
+        q[c] = curved ? m[c] + o[c] : m[c];
+        sum[c] = m[c] + q[c];
+    }
+    const shd_vf b = dot_lanes(q, w), away = dot_lanes(o, sum), square = dot_lanes(w, w),
+                 root = curved ? shd_vf_sqrt(shd_mad(-square, away, b * b)) : -b,
+                 s = away / (root - b), inverse = shd_vf_set(1) / shd_vf_sqrt(square),
+                 twice = (root + root) * inverse;
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) {
+        const shd_vf moved = shd_mad(s, w[c], o[c]);
+        out.normal[c] = curved ? m[c] + moved : m[c];
+        out.mirror[c] = shd_mad(w[c], inverse, twice * out.normal[c]);
+        out.moved[c] = moved * shd_vf_set(j->scale);
+    }
+    return out;
+}
+
+/* f (R.V)^ns in the lanes `lit`, 0 in the others. L is along `path`, r. */
+SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], shd_vf r,
+                             const shd_vf mirror[3], shd_vf f, shd_mf lit) {
+    shd_vf chord[3];
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) chord[c] = shd_mad(path[c], r, -mirror[c]);
+    const shd_vf z = dot_lanes(chord, chord);
+    const shd_mf in = shd_vf_gt_in(lit, shd_vf_set(lobe->reach), z);
+    if (!shd_mf_any(in)) return shd_vf_set(0);
+    const shd_vf power = lobe->is_short
+                             ? shd_exp2(z * shd_polynomial(z, lobe->log, SHD_LOG_TERMS))
+                             : shd_power_1m(z * shd_vf_set(0.5f), shd_vf_set(lobe->shininess));
+    return shd_vf_mul_in(in, power, f);
+}
+
+/* Adds a light. Sets the lanes of `unknown` in which f32 does not tell whether there is a
+ * highlight, which may be where N.L `turns` its sign. */
+SHD_INLINE void add_light(const shd_sketch_place *place, const shd_sketch_group *group,
+                          size_t lobe_count, const seen *at, bool turns, shd_vf rgb[3],
+                          shd_mf *unknown) {
+    const shd_sketch_light *light = place->light;
+    const shd_packed_light *from = light->from;
+    const bool directional = from->kind == SHD_KIND_DIRECTIONAL;
+    const shd_vf one = shd_vf_set(1), none = shd_vf_set(0);
+    shd_vf path[3], r = one, f = one, d2 = one;
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) path[c] = shd_vf_set(place->at[c]);
+    if (!directional) {
+#pragma GCC unroll 3
+        for (int c = 0; c < 3; c++) path[c] -= at->moved[c];
+        d2 = dot_lanes(path, path);
+    }
+    const shd_vf facing = dot_lanes(at->normal, path); /* times the distance */
+    shd_mf lit = shd_vf_gt(one, none);
+    if (turns) {
+        lit = shd_vf_gt(facing, none);
+        const shd_vf off2 = d2 * shd_vf_set((float)(SHD_SKETCH_TURNED * SHD_SKETCH_TURNED));
+        if (place->shines)
+            *unknown = shd_mf_or(*unknown, shd_vf_gt_in(shd_vf_gt(off2, facing * facing),
+                                                        dot_lanes(at->mirror, path), none));
+        if (!shd_mf_any(lit)) return;
+    }
+    if (!directional) weigh_distance(from, from->kind, d2, &r, &f);
+    const shd_vf along = directional ? f : f * r,
+                 weight = turns ? shd_vf_mul_in(lit, facing, along) : facing * along;
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) rgb[c] = shd_mad(weight, shd_vf_set(light->diffuse[c]), rgb[c]);
+    for (size_t k = 0; place->shines && k < lobe_count; k++) {
+        const shd_vf lobe = weigh_lobe(&group->lobes[k], path, r, at->mirror, f, lit);
+#pragma GCC unroll 3
+        for (int c = 0; c < 3; c++)
+            rgb[c] = shd_mad(lobe, shd_vf_set(light->specular[k][c]), rgb[c]);
+    }
+}
+
+/* Stores the vector of pixels from `i` on. */
+SHD_INLINE void store_rows(shd_vf v, int i, size_t stride, float *out) {
+    float *row = out + (size_t)(i / SHD_SKETCH_SIDE) * stride;
+#if SHD_W == 16
+    const shd_vh half[2] = {shd_vf_half(v, 0), shd_vf_half(v, 1)};
+    memcpy(row, &half[0], sizeof half[0]);
+    memcpy(row + stride, &half[1], sizeof half[1]);
+#else
+    shd_vf_store(row + i % SHD_SKETCH_SIDE, v);
+#endif
+}
+
+SHD_INLINE bool sketch(const shd_sketch_job *j, bool curved, size_t lobe_count, size_t stride,
+                       float *const out[3]) {
+    const shd_sketch_group *group = j->group;
+    shd_mf unknown = shd_vf_gt(shd_vf_set(0), shd_vf_set(0));
+    for (int i = 0; i < SHD_SKETCH_PIXELS; i += SHD_W) {
+        const seen at = meet(j, i, curved);
+        shd_vf rgb[3];
+#pragma GCC unroll 3
+        for (int c = 0; c < 3; c++) rgb[c] = shd_vf_set(group->constant[c]);
+        for (size_t k = 0; k < j->count; k++)
+            if (j->places[k].turns)
+                add_light(&j->places[k], group, lobe_count, &at, true, rgb, &unknown);
+            else
+                add_light(&j->places[k], group, lobe_count, &at, false, rgb, &unknown);
+#pragma GCC unroll 3
+        for (int c = 0; c < 3; c++) store_rows(rgb[c], i, stride, out[c]);
+    }
+    return !shd_mf_any(unknown);
+}
+
+bool SHD_VARIANT(shd_sketch)(const shd_sketch_job *j, size_t stride, float *const out[3]) {
+    const size_t lobes = j->group->lobe_count;
+#if defined(SHD_ONE_BODY)
+    return sketch(j, j->curved, lobes, stride, out);
+#else
+#define FORM(lobes)                                                                                \
+    (j->curved ? sketch(j, true, lobes, stride, out) : sketch(j, false, lobes, stride, out))
+    return lobes == 0 ? FORM(0) : lobes == 1 ? FORM(1) : FORM(lobes);
+#endif
+}

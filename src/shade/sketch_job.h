@@ -1,0 +1,41 @@
+/* What the kernels of sketches read. Inside of shade/. */
+#pragma once
+
+#include "shade/packed.h"
+#include "shade/sketch.h"
+
+/* A light on a group's material. */
+typedef struct shd_sketch_light {
+    const shd_packed_light *from;
+    float diffuse[3], specular[SHD_SKETCH_LOBES][3]; /* its color times the material's */
+} shd_sketch_light;
+
+struct shd_sketch_group {
+    bool fits; /* false: it is not sketched, and the rest is not set */
+    float constant[3];
+    const shd_packed_lobe *lobes;
+    size_t lobe_count, light_count;
+    float reach; /* the largest of the lobes */
+    const shd_sketch_light *lights;
+};
+
+/* A light at a block. */
+typedef struct shd_sketch_place {
+    const shd_sketch_light *light;
+    float at[3]; /* from the block's middle, in the plan's frame, or the direction toward it */
+    bool turns;  /* N.L may be 0 or less somewhere */
+    bool shines; /* highlights may be there */
+} shd_sketch_place;
+
+typedef struct shd_sketch_job {
+    const shd_sketch_group *group;
+    bool curved; /* as shd_block_rays, rounded: */
+    float middle[3], way[3], way_x[3], way_y[3], at_x[3], at_y[3];
+    float scale; /* from the unit of rays to the plan's frame */
+    size_t count;
+    shd_sketch_place places[SHD_SKETCH_LIGHTS];
+} shd_sketch_job;
+
+/* False: f32 does not tell on which side of an edge some pixel is. */
+typedef bool shd_sketch_function(const shd_sketch_job *job, size_t stride, float *const rgb[3]);
+shd_sketch_function shd_sketch_portable, shd_sketch_avx2, shd_sketch_avx512;

@@ -1,0 +1,228 @@
+/* What draft sketches is as near to the model as is proven: on spheres and planes of any size, from
+ * anywhere, under lights of the kinds that are sketched, for any exponent; against an evaluation in
+ * longer floats that shares nothing with it. */
+#include "shade/sketch.h"
+#include "property/pieces.h"
+#include "sight/bend.h"
+#include "sight/item.h"
+
+typedef long double real;
+typedef struct vec {
+    real x, y, z;
+} vec;
+
+static vec of(shd_vec3 v) {
+    return (vec){v.x, v.y, v.z};
+}
+static vec madd(vec a, vec b, real s) {
+    return (vec){a.x + s * b.x, a.y + s * b.y, a.z + s * b.z};
+}
+static real dot(vec a, vec b) {
+    return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+static vec unit(vec a) {
+    return madd((vec){0, 0, 0}, a, 1 / sqrtl(dot(a, a)));
+}
+
+/* ---- Scenes. ---- */
+
+static void write_light(FILE *out, uint64_t *random, double away) {
+    const int kind = below(random, 3);
+    shd_vec3 from = random_direction(random);
+    from.z = fabs(from.z) + uniform(random, -0.2, 0.5);
+    if (kind == 0) {
+        fputs("{\"type\": \"directional\", ", out);
+        write_vector(out, "direction", shd_scale(from, -1));
+    } else {
+        const double d = away * pow(10, uniform(random, 0.05, 2));
+        fputs("{\"type\": \"point\", ", out);
+        write_vector(out, "position", shd_scale(from, d));
+        if (kind == 2)
+            fprintf(out, ", \"attenuation\": [%.17g, %.17g, %.17g]", uniform(random, 0, 1),
+                    uniform(random, 0.1, 1) / d, uniform(random, 0, 1) / (d * d));
+    }
+    fprintf(out, ", \"color\": [%.17g, 1, 0.1]}", uniform(random, 0, 1));
+}
+
+/* A ball or a plane around the origin, which fills much of 64 x 64 pixels. */
+static char *scene(uint64_t seed) {
+    uint64_t random = seed * 7919 + 11;
+    const bool ball = below(&random, 4), ortho = below(&random, 4) == 0;
+    const double size = pow(10, uniform(&random, -3, 3)),
+                 far = 1 + pow(10, uniform(&random, -2, below(&random, 4) ? 1 : 4.9)),
+                 part = pow(10, uniform(&random, -2, 0.2)); /* of the size that is seen */
+    writing w;
+    start(&w);
+    fprintf(w.out,
+            "{\"image\": {\"width\": 64, \"height\": 64, \"samples\": 1}, \"accuracy\": {\"tier\": "
+            "\"draft\"}, \"camera\": {\"position\": [0, 0, %.17g], ",
+            far * size);
+    if (ortho)
+        fprintf(w.out, "\"type\": \"orthographic\", \"height\": %.17g}", 2 * part * size);
+    else
+        fprintf(w.out, "\"fov\": %.17g}", 2 * atan(part / (far - 0.99)) * 180 / SHD_PI);
+    fputs(", \"ambient\": 0.1, \"lights\": [", w.out);
+    for (int i = 0, count = 1 + below(&random, 4); i < count; i++) {
+        fputs(i ? ", " : "", w.out);
+        write_light(w.out, &random, ball ? size : 0.1 * size);
+    }
+    fprintf(w.out, "], \"objects\": [{\"type\": \"%s\", \"transform\": {",
+            ball ? "sphere" : "plane");
+    if (ball)
+        fprintf(w.out, "\"scale\": %.17g}", size);
+    else
+        fprintf(w.out, "\"rotate\": [%.17g, %.17g, 0]}", uniform(&random, 5, 90),
+                uniform(&random, -40, 40));
+    fprintf(w.out,
+            ", \"material\": {\"diffuse\": [0.7, 0.4, 0.3], \"specular\": %.17g, \"shininess\": "
+            "%.17g, \"lobes\": [{\"specular\": 0.2, \"shininess\": %.17g}]}}]}",
+            below(&random, 4) ? 0.5 : 0.0, pow(10, uniform(&random, 0, 5)),
+            pow(10, uniform(&random, 0, 5)));
+    return finish(&w);
+}
+
+/* ---- The model. ---- */
+
+typedef struct spot {
+    vec point, normal, view;
+} spot;
+
+/* False: missed, or met from behind. */
+static bool meet(const shd_sight *sight, double x, double y, spot *out) {
+    const shd_lens *lens = &sight->lens;
+    const shd_camera *camera = lens->camera;
+    const shd_object *object = sight->plan->scene->objects;
+    const real p = (x - lens->middle_x) * (real)lens->step_x,
+               q = (lens->middle_y - y) * (real)lens->step_y;
+    const vec aside = madd(madd((vec){0, 0, 0}, of(camera->right), p), of(camera->up), q);
+    const bool ortho = camera->projection == SHD_ORTHOGRAPHIC;
+    const vec eye = ortho ? madd(of(camera->position), aside, 1) : of(camera->position),
+              way = unit(madd(ortho ? (vec){0, 0, 0} : aside, of(camera->back), -1));
+    out->view = madd((vec){0, 0, 0}, way, -1);
+    if (object->shape == SHD_PLANE) {
+        const double(*m)[3] = object->transform.linear;
+        out->normal = unit((vec){m[0][1], m[1][1], m[2][1]});
+        if (dot(out->normal, way) > 0) out->normal = madd((vec){0, 0, 0}, out->normal, -1);
+        const real t = -dot(eye, out->normal) / dot(way, out->normal);
+        out->point = madd(eye, way, t);
+        return t > 0;
+    }
+    const real size = object->radius * (real)object->transform.linear[0][0], along = dot(eye, way);
+    const vec foot = madd(eye, way, -along);
+    const real inside = size * size - dot(foot, foot);
+    if (!(inside > 0)) return false;
+    out->point = madd(foot, way, -sqrtl(inside));
+    out->normal = unit(out->point);
+    return true;
+}
+
+/* The color, and what errs by: the units of directions and of all else that are proven. */
+static void shade(const shd_plan *plan, const spot *at, real color[3], real room[3]) {
+    static const real U = 0x1p-24L, FACING = 52, DIRECTION = 170, RELATIVE = 40;
+    const shd_plan_material *m = &plan->materials[plan->groups[0].material];
+    const vec mirror =
+        madd(madd((vec){0, 0, 0}, at->normal, 2 * dot(at->normal, at->view)), at->view, -1);
+    for (int c = 0; c < 3; c++) {
+        color[c] = m->constant[c];
+        room[c] = 4 * U * color[c];
+    }
+    for (size_t j = 0; j < plan->light_count; j++) {
+        const shd_plan_light *l = &plan->lights[j];
+        const vec path = l->directional ? of(l->toward) : madd(of(l->position), at->point, -1);
+        const real d = sqrtl(dot(path, path)), facing = dot(path, at->normal) / d,
+                   fall = l->attenuated ? l->gain / (l->a + d * (l->b + d * l->c)) : l->gain;
+        const vec apart = madd(madd((vec){0, 0, 0}, path, 1 / d), mirror, -1);
+        const real shine = 1 - dot(apart, apart) / 2;
+        for (int c = 0; c < 3; c++) {
+            const real strength = fall * l->color[c];
+            if (facing > -FACING * U) room[c] += strength * m->diffuse[c] * FACING * U;
+            if (!(facing > 0)) continue;
+            color[c] += strength * m->diffuse[c] * facing;
+            room[c] += strength * m->diffuse[c] * facing * (RELATIVE + 8) * U;
+            for (size_t k = 0; k < m->lobe_count; k++) {
+                const real n = m->lobes[k].shininess, power = shine > 0 ? powl(shine, n) : 0,
+                           crest = fmaxl(shine, 0) + DIRECTION * U, /* near it, the slope is more */
+                    slope = n * powl(fminl(crest, 1), n - 1);
+                color[c] += strength * m->lobes[k].specular[c] * power;
+                room[c] += strength * m->lobes[k].specular[c] *
+                           (slope * DIRECTION * U * (sqrtl(dot(apart, apart)) + DIRECTION * U) +
+                            (RELATIVE + 16) * U * power + 1e-7L);
+            }
+        }
+    }
+}
+
+/* ---- Blocks. ---- */
+
+typedef struct tally {
+    size_t blocks, sketched;
+    real worst;
+} tally;
+
+static void check_block(const shd_sight *sight, const shd_survey *survey, size_t block,
+                        const float (*rgb)[SHD_SKETCH_PIXELS], const char *json, tally *t) {
+    for (int i = (int)(t->sketched % 3); i < SHD_SKETCH_PIXELS; i += 3) {
+        const double x = survey->rect.x + (double)(block % 4) * 8 + i % 8 + 0.5,
+                     y = survey->rect.y + (double)(block / 4) * 8 + i / 8 + 0.5;
+        spot at = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
+        real wanted[3], room[3];
+        if (!meet(sight, x, y, &at)) fail_msg("a ray misses: %s", json);
+        shade(sight->plan, &at, wanted, room);
+        for (int c = 0; c < 3; c++) {
+            const real off = fabsl((real)rgb[c][i] - wanted[c]);
+            if (!(off <= room[c]))
+                fail_msg("(%g, %g): %g, not %Lg, is off by %Lg, not %Lg: %s", x, y,
+                         (double)rgb[c][i], wanted[c], off, room[c], json);
+            t->worst = fmaxl(t->worst, off / room[c]);
+        }
+    }
+}
+
+static void sketches_are_as_near_as_proven(void **state) {
+    tally t = {0};
+    for (uint64_t seed = 1; seed <= 30; seed++) {
+        char *json = scene(seed);
+        for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {
+            if (!shd_cpu_has(isa)) continue;
+            shd_request *request = read_scene(*state, json);
+            shd_arena *arena = request->rendering.arena;
+            const shd_plan *plan;
+            shd_sight *sight;
+            shd_error error;
+            assert_int_equal(shd_plan_make(request->scene, isa, NULL, NULL, arena, &plan, &error),
+                             SHD_OK);
+            assert_int_equal(shd_sight_new(plan, NULL, arena, &sight, &error), SHD_OK);
+            const shd_lighting *lighting = shd_lighting_new(plan, NULL, arena);
+            shd_survey survey;
+            shd_scratch memory = {.arena = arena};
+            shd_survey_lay_out(1, 32, 32, &memory, &survey);
+            for (int tile = 0; plan->sketched && tile < 4; tile++) {
+                shd_sight_survey(sight, (shd_tile){tile % 2 * 32, tile / 2 * 32, 32, 32}, &survey);
+                for (size_t block = 0; survey.candidate_count && block < 16; block++) {
+                    float rgb[3][SHD_SKETCH_PIXELS], *rows[3] = {rgb[0], rgb[1], rgb[2]};
+                    shd_bend bend;
+                    shd_block_rays rays;
+                    t.blocks++;
+                    if (!shd_sight_bend(sight, &survey, block, &bend, &rays) ||
+                        !shd_sketch_block(lighting, &bend, &rays, 8, rows))
+                        continue;
+                    t.sketched++;
+                    check_block(sight, &survey, block, (const float(*)[SHD_SKETCH_PIXELS])rgb, json,
+                                &t);
+                }
+            }
+            shd_request_drop(request);
+        }
+        free(json);
+    }
+    print_message("%zu of %zu blocks are sketched; at most %.2Lf of what is proven\n", t.sketched,
+                  t.blocks, t.worst);
+    assert_true(t.sketched > t.blocks / 4);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(sketches_are_as_near_as_proven),
+    };
+    return cmocka_run_group_tests(tests, make_engine, drop_engine);
+}
