@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "plan/bunches.h"
+#include "plan/nodes.h"
 #include "plan/parts.h"
 #include "plan/textures.h"
 #include "plan/tier.h"
@@ -288,6 +289,11 @@ bool shd_plan_may_draft(const shd_plan *plan) {
             return true;
     }
     return false;
+}
+
+size_t shd_plan_rules(const shd_plan *plan, shd_tier tier) {
+    if (tier == SHD_EXACT || !shd_plan_may_draft(plan)) return 0;
+    return shd_rule_count(plan->scene->raster.samples);
 }
 
 bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan **out) {

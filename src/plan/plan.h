@@ -299,6 +299,9 @@ void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_
  * told to be smooth. */
 bool shd_plan_may_draft(const shd_plan *plan);
 
+/* How many of the rules of plan/nodes.h pixels may take instead of all samples in a tier. */
+size_t shd_plan_rules(const shd_plan *plan, shd_tier tier);
+
 static inline bool shd_plan_is_draft(const shd_plan *plan) {
     return plan->mean_room.absolute > 0;
 }

@@ -62,7 +62,8 @@ static void lay_out_fragments(const shd_plan *plan, size_t samples, shd_scratch 
     f->sums = shd_scratch_rows32(memory, shd_sum_of(plan, plan->plane_count, 0, 0),
                                  f->capacity + SHD_LANES);
     const size_t step = shd_pixels_at_once(samples), all = (SHD_TILE_PIXELS + step - 1) / step,
-                 chunks = all + shd_plan_is_draft(plan); /* and one of what takes one sample */
+                 /* And one of what takes one sample, and of each block that takes nodes. */
+        chunks = all + shd_plan_is_draft(plan) + (s->rule_count ? SHD_BUNDLES : 0);
     f->runs = shd_scratch_take(memory, chunks * s->run_capacity, sizeof *f->runs);
 }
 
@@ -74,6 +75,7 @@ shd_tile_scratch *shd_tile_scratch_lay_out(const shd_plan *plan, shd_scratch *me
     for (size_t i = 0; i < SHD_TILE_PIXELS; i++) s->fragment_of[i] = SHD_NO_FRAGMENT;
     shd_survey_lay_out(plan->scene->object_count, SHD_TILE, SHD_TILE, memory, &s->survey);
     s->pixels = shd_scratch_take(memory, SHD_TILE_PIXELS, sizeof *s->pixels);
+    s->rule_count = plan->bunches ? 0 : shd_plan_rules(plan, plan->tier);
     lay_out_chunk(plan, memory, s);
     if (samples > 1)
         lay_out_fragments(plan, samples, memory, s);
@@ -82,5 +84,6 @@ shd_tile_scratch *shd_tile_scratch_lay_out(const shd_plan *plan, shd_scratch *me
             .capacity = SHD_CHUNK, .cell = s->cell, .sums = s->sums, .runs = s->runs};
     if (samples == 1) s->coverage = s->alpha;
     if (shd_plan_is_draft(plan)) s->spread = shd_spread_of((int)samples);
+    if (s->rule_count) shd_rules_of((int)samples, s->rules);
     return made;
 }
