@@ -34,9 +34,11 @@ typedef struct shd_mean_room {
 static const shd_mean_room SHD_DRAFT_ROOM = {0x1p-13, 0x1p-8};
 
 /* What a light's weights may be off by in the standard tier, of its attenuation, where pixels take
- * the mean of few nodes for that of their samples (bound/light/rules.h): no more than f32 has them
- * off. */
-static const double SHD_NODES_ROOM = 0x1p-22;
+ * the mean of few nodes for that of their samples (bound/light/rules.h): about as much as f32 has
+ * them off. 0 is the diffuse weight's exponent. */
+static inline double shd_nodes_room(double exponent) {
+    return 0x1p-22 * fmax(1, sqrt(exponent) / 3);
+}
 
 /* Beside it, what tells how much more is known if places in the picture, two numbers of pixels, are
  * complex: points, normals and views are functions of them that can be expanded into power series.

@@ -166,11 +166,12 @@ static bool light_fits(block *b, const shd_plan_light *light, const shd_plan_mat
     }
     const double room = b->room * (in.fall - near.fall),
                  chord = shd_length(shd_sub(in.way, b->mirror));
-    if (material->has_diffuse && !fits(b, &in, -1, 0, room)) return false;
+    if (material->has_diffuse && !fits(b, &in, -1, 0, room * shd_nodes_room(0))) return false;
     for (size_t k = 0; k < material->lobe_count; k++) {
         const double exponent = material->lobes[k].shininess,
                      all = (in.fall + near.fall) * lobe_near(b, &near, exponent, chord);
-        if (!(all <= room) && !fits(b, &in, exponent, chord, room)) return false;
+        const double some = room * shd_nodes_room(exponent);
+        if (!(all <= some) && !fits(b, &in, exponent, chord, some)) return false;
     }
     return true;
 }

@@ -65,7 +65,7 @@ static unsigned rule_of(const shd_scenery *scenery, size_t block, const shd_tile
         plan->materials[plan->objects[a.object].material].textures)
         return 0;
     *object = (uint32_t)a.object;
-    const size_t rule = shd_find_rule(plan, &a, s->rules, s->rule_count, SHD_NODES_ROOM);
+    const size_t rule = shd_find_rule(plan, &a, s->rules, s->rule_count, 1);
     return rule < s->rule_count ? (unsigned)rule + 1 : 0;
 }
 
