@@ -16,7 +16,7 @@ enum { LONGEST = 258, FARTHEST = 32768 };
 enum { RUN = 8, REPEAT = 10 };
 
 /* Of a repeat or a short run, the first bytes are remembered. */
-enum { HASH_BITS = 13, REMEMBERED = 8, SHORT_RUN = 16 };
+enum { HASH_BITS = 12, REMEMBERED = 4, SHORT_RUN = 16 };
 
 /* After so many bytes in vain, repeats are looked for at one byte less often. */
 enum { PATIENCE = 32, PATIENCE_MOST = 16 * PATIENCE };
@@ -31,6 +31,7 @@ typedef struct block {
     sequence sequences[SHD_DEFLATE_BLOCK / RUN + 1];
     size_t count;
     uint32_t literals[4][LITERALS], distances[DISTANCES]; /* how often */
+    uint32_t lengths[LONGEST + 1]; /* how often; then as pack_symbol has them */
     shd_prefix_code literal_code, distance_code;
 } block;
 
@@ -51,14 +52,25 @@ static inline size_t hash(uint64_t v) {
     return v * 0x9E3779B97F4A7C15u >> (64 - HASH_BITS);
 }
 
-/* How many bytes from `at` are as those from `back`. */
+/* Whether 32 bytes are the same. */
+static inline bool are_alike(const unsigned char *a, const unsigned char *b) {
+    uint64_t differ = 0;
+    for (int i = 0; i < 32; i += 8) differ |= load(a + i) ^ load(b + i);
+    return !differ;
+}
+
+/* How many bytes from `at` are as those from `back`. The first eight are. Most matches are short,
+ * or as long as they may be. */
 static inline size_t measure(const unsigned char *at, const unsigned char *back,
                              const unsigned char *end) {
+    enum { SHORT = 32 };
     const size_t most = end - at < LONGEST ? (size_t)(end - at) : LONGEST;
-    size_t length = 0;
+    size_t length = 8;
     for (; length + 8 <= most; length += 8) {
         const uint64_t differ = load(at + length) ^ load(back + length);
         if (differ) return length + (size_t)__builtin_ctzll(differ) / 8;
+        if (length != SHORT) continue;
+        while (length + 40 <= most && are_alike(at + length + 8, back + length + 8)) length += 32;
     }
     while (length < most && at[length] == back[length]) length++;
     return length;
@@ -117,18 +129,21 @@ static void find_matches(block *b, const unsigned char *data, size_t before, siz
     memset(b->seen, 0, sizeof b->seen);
     if (before < pixel) c.at += pixel; /* nothing is before the first pixel */
     while (c.at + 8 <= c.end) {
-        const uint64_t here = load(c.at);
-        if (here == load(c.at - pixel)) {
+        const uint64_t here = load(c.at), differ = here ^ load(c.at - pixel);
+        if (!differ) {
             const size_t length = measure(c.at, c.at - pixel, c.end);
             add_sequence(b, c.from, (size_t)(c.at - c.from), length, pixel);
             if (length <= SHORT_RUN)
                 pass_match(b, &c, length);
             else
                 c.from = c.at += length;
-        } else if (c.at >= c.next)
+        } else if (c.at >= c.next) {
             try_repeat(b, &c, here);
-        else
-            c.at++;
+        } else { /* no run of eight begins before the last byte that differs, or at it */
+            const size_t step = 8 - (size_t)__builtin_clzll(differ) / 8,
+                         left = (size_t)(c.next - c.at);
+            c.at += step < left ? step : left;
+        }
     }
     add_sequence(b, c.from, (size_t)(c.end - c.from), 0, 0);
 }
@@ -160,10 +175,15 @@ static void make_codes(block *b) {
     for (size_t i = 0; i < LITERALS; i++)
         literals[i] += b->literals[1][i] + b->literals[2][i] + b->literals[3][i];
     literals[END] = 1;
+    unsigned distance = 0, name = 0; /* mostly the same */
     for (size_t i = 0; i + 1 < b->count; i++) {
-        literals[length_symbol(b->sequences[i].length).name]++;
-        b->distances[distance_symbol(b->sequences[i].distance).name]++;
+        const sequence *q = &b->sequences[i];
+        b->lengths[q->length]++;
+        if (q->distance != distance) name = distance_symbol(distance = q->distance).name;
+        b->distances[name]++;
     }
+    for (unsigned l = 3; l <= LONGEST; l++)
+        if (b->lengths[l]) literals[length_symbol(l).name] += b->lengths[l];
     shd_prefix_code_make(literals, LITERALS, SHD_PREFIX_LONGEST, &b->literal_code);
     shd_prefix_code_make(b->distances, DISTANCES, SHD_PREFIX_LONGEST, &b->distance_code);
 }
@@ -259,16 +279,26 @@ static void put_codes(const block *b, stream *s) {
     flush(s);
 }
 
-static inline void put_symbol(stream *s, const shd_prefix_code *code, symbol y) {
-    put(s, code->bits[y.name], code->sizes[y.name]);
-    put(s, y.value, y.extra);
+/* A symbol's code and the bits behind it, above 8 bits of their number: 28 at most. */
+static inline uint64_t pack_symbol(const shd_prefix_code *code, symbol y) {
+    const unsigned size = code->sizes[y.name];
+    return (code->bits[y.name] | (uint64_t)y.value << size) << 8 | (size + y.extra);
 }
 
-static void put_sequences(const block *b, const unsigned char *data, stream *out) {
+static inline void put_packed(stream *s, uint64_t packed) {
+    put(s, packed >> 8, packed & 255);
+}
+
+static void put_sequences(block *b, const unsigned char *data, stream *out) {
     stream s = *out;
-    uint32_t packed[256]; /* bits of a literal's code, and their number */
+    uint32_t packed[256];
     for (unsigned i = 0; i < 256; i++)
         packed[i] = (uint32_t)b->literal_code.bits[i] << 8 | b->literal_code.sizes[i];
+    for (unsigned l = 3; l <= LONGEST; l++)
+        if (b->lengths[l])
+            b->lengths[l] = (uint32_t)pack_symbol(&b->literal_code, length_symbol(l));
+    unsigned distance = 0;
+    uint64_t back = 0;
     for (size_t i = 0; i < b->count; i++) {
         const sequence q = b->sequences[i];
         const unsigned char *const end = data + q.literals;
@@ -279,8 +309,10 @@ static void put_sequences(const block *b, const unsigned char *data, stream *out
         for (; data < end; data++) put(&s, packed[*data] >> 8, packed[*data] & 255);
         flush(&s);
         if (!q.length) continue;
-        put_symbol(&s, &b->literal_code, length_symbol(q.length));
-        put_symbol(&s, &b->distance_code, distance_symbol(q.distance));
+        if (q.distance != distance)
+            back = pack_symbol(&b->distance_code, distance_symbol(distance = q.distance));
+        put_packed(&s, b->lengths[q.length]);
+        put_packed(&s, back);
         flush(&s);
         data += q.length;
     }
@@ -317,6 +349,7 @@ size_t shd_deflate_block(void *room, const unsigned char *data, size_t before, s
     b->count = 0;
     memset(b->literals, 0, sizeof b->literals);
     memset(b->distances, 0, sizeof b->distances);
+    memset(b->lengths, 0, sizeof b->lengths);
     find_matches(b, data, before, size, pixel);
     make_codes(b);
     if (find_bits(b) / 8 >= size) return (size_t)(put_stored(&s, data, size, last) - out);

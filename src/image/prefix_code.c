@@ -7,11 +7,20 @@ enum { SYMBOL_BITS = 9, SYMBOL_MASK = (1 << SYMBOL_BITS) - 1, DIGIT_BITS = 9 };
 
 /* Keys of what is counted, by count, then symbol. Returns how many there are. */
 static size_t sort_counts(const uint32_t *counts, size_t size, uint32_t *keys) {
-    enum { DIGITS = 1 << DIGIT_BITS };
+    enum { DIGITS = 1 << DIGIT_BITS, FEW = 32 };
     uint32_t other[SHD_PREFIX_SYMBOLS];
     size_t used = 0;
     for (uint32_t i = 0; i < size; i++)
         if (counts[i]) keys[used++] = counts[i] << SYMBOL_BITS | i;
+    if (used < FEW) { /* by insertion */
+        for (size_t i = 1; i < used; i++) {
+            const uint32_t key = keys[i];
+            size_t at = i;
+            for (; at > 0 && keys[at - 1] > key; at--) keys[at] = keys[at - 1];
+            keys[at] = key;
+        }
+        return used;
+    }
     for (int pass = 0; pass < 2; pass++) {
         const uint32_t *from = pass ? other : keys;
         uint32_t *to = pass ? keys : other, starts[DIGITS + 1] = {0};

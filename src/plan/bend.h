@@ -43,3 +43,31 @@ typedef struct shd_mean_room {
 } shd_mean_room;
 
 static const shd_mean_room SHD_DRAFT_ROOM = {0x1p-13, 0x1p-8};
+
+/* What a light's weights may be off by in the standard tier, of its attenuation, where pixels take
+ * the mean of few nodes for that of their samples (bound/light/rules.h): about as much as f32 has
+ * them off. 0 is the diffuse weight's exponent. */
+static inline double shd_nodes_room(double exponent) {
+    return 0x1p-22 * fmax(1, sqrt(exponent) / 3);
+}
+
+/* Beside it, what tells how much more is known if places in the picture, two numbers of pixels, are
+ * complex: points, normals and views are functions of them that can be expanded into power series.
+ */
+
+/* How far they are at most from those of the block's middle: the norm of complex vectors. */
+typedef struct shd_moves {
+    double point, normal, view; /* world frame, unit, unit */
+} shd_moves;
+
+enum { SHD_DISCS = 8 };                                      /* the most */
+static const double SHD_DISC_LEAST = 5, SHD_DISC_STEP = 1.5; /* pixels, and a ratio of radii */
+
+typedef struct shd_analytic {
+    size_t object;                /* all of the rays hit it, and nothing else in the block */
+    shd_vec3 point, normal, view; /* at the block's middle: world frame, unit, unit */
+    shd_moves near;               /* through the block */
+    /* In discs of these radii around the centers of the block's pixels, in each direction. */
+    shd_moves discs[SHD_DISCS];
+    size_t disc_count;
+} shd_analytic;

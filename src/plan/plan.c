@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "plan/bunches.h"
+#include "plan/nodes.h"
 #include "plan/parts.h"
 #include "plan/textures.h"
 #include "plan/tier.h"
@@ -307,6 +308,11 @@ bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_aren
     if (!arrange_lights(plan, lights, count, drops, arena)) return false;
     *out = plan;
     return true;
+}
+
+size_t shd_plan_rules(const shd_plan *plan, shd_tier tier) {
+    if (tier == SHD_EXACT || !shd_plan_may_thin(plan)) return 0;
+    return shd_rule_count(plan->scene->raster.samples);
 }
 
 bool shd_plan_finish(const shd_choice *choice, shd_arena *arena, const shd_plan **out) {

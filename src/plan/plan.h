@@ -143,10 +143,10 @@ typedef struct shd_plan {
     bool hued;         /* and one of these has another field for each component of a color */
     /* One of these, or a map of normals, is on a mesh or on faces: hits tell of triangles. */
     bool charted;
-    bool antialiased;  /* some object's highlights are widened where it bends */
-    bool bent_meshes;  /* and one of these is a mesh, so that hits tell of triangles */
-    bool bumped;       /* some object has a map of normals: what follows from its own normals alone
-                        * does not hold of it */
+    bool antialiased; /* some object's highlights are widened where it bends */
+    bool bent_meshes; /* and one of these is a mesh, so that hits tell of triangles */
+    bool bumped;      /* some object has a map of normals: what follows from its own normals alone
+                       * does not hold of it */
     const shd_plan_object *objects; /* as shd_scene.objects */
     const shd_plan_group *groups;
     size_t group_count;
@@ -318,6 +318,9 @@ void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_
  * whose light could be told to be smooth. */
 bool shd_plan_may_thin(const shd_plan *plan);
 bool shd_plan_may_sketch(const shd_plan *plan);
+
+/* How many of the rules of plan/nodes.h pixels may take instead of all samples in a tier. */
+size_t shd_plan_rules(const shd_plan *plan, shd_tier tier);
 
 /* Whether what is lit so may be sketched: by few lights that are no spots, in few lobes that f32
  * holds, and nothing of it takes light away. */

@@ -27,6 +27,9 @@ static const double SLACK = 1e-9;
 /* Eyes farther away, in radii, and cosines below are left to all samples. */
 static const double FARTHEST = 1e5, LEAST_COSINE = 1e-2;
 
+/* Of a block's side. */
+static const double HALF = 0.5 * SHD_BLOCK_SIDE;
+
 shd_pattern_spread shd_spread_of(int samples) {
     double xx = 0, xy = 0, yy = 0;
     for (int i = 0; i < samples; i++) {
@@ -161,21 +164,27 @@ static bool bend_plane(const shd_sight *sight, const shd_item *it, const beam *b
     return true;
 }
 
-bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,
-                    shd_block_rays *rays) {
+const shd_item *shd_sight_only(const shd_sight *sight, const shd_survey *survey, size_t block,
+                               shd_middle *out) {
     const shd_block *seen = &survey->blocks[block];
-    if (seen->count != 1 || seen->next < survey->candidate_count) return false;
+    if (seen->count != 1 || seen->next < survey->candidate_count) return NULL;
     const uint32_t object = survey->candidates[seen->first];
     const shd_item *it = &sight->items[object];
-    if (!it->ball && it->shape != SHD_PLANE) return false;
-    const double half = 0.5 * SHD_BLOCK_SIDE,
-                 x = survey->rect.x + (double)(block % (size_t)survey->across) * SHD_BLOCK_SIDE +
-                     half,
-                 y = survey->rect.y + (double)(block / (size_t)survey->across) * SHD_BLOCK_SIDE +
-                     half;
-    out->reach = half * 1.4142135624;
-    const beam b = beam_of(&sight->lens, x, y, out->reach);
-    out->object = object;
+    if (!it->ball && it->shape != SHD_PLANE) return NULL;
+    const size_t across = (size_t)survey->across;
+    *out = (shd_middle){object, survey->rect.x + (double)(block % across) * SHD_BLOCK_SIDE + HALF,
+                        survey->rect.y + (double)(block / across) * SHD_BLOCK_SIDE + HALF};
+    return it;
+}
+
+bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,
+                    shd_block_rays *rays) {
+    shd_middle middle;
+    const shd_item *it = shd_sight_only(sight, survey, block, &middle);
+    if (!it) return false;
+    out->reach = HALF * 1.4142135624;
+    const beam b = beam_of(&sight->lens, middle.x, middle.y, out->reach);
+    out->object = middle.object;
     out->view = shd_scale(b.way, -1);
     return it->ball ? bend_ball(&sight->lens, it, &b, out, rays)
                     : bend_plane(sight, it, &b, out, rays);

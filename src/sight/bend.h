@@ -11,5 +11,20 @@
 bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,
                     shd_block_rays *rays);
 
+/* The same of complex places around the block. False, too, if that is not known of the
+ * smallest disc. The proof is in expand.c. */
+bool shd_sight_expand(const shd_sight *sight, const shd_survey *survey, size_t block,
+                      shd_analytic *out);
+
+/* The object that alone may be seen through a block, and the block's middle in the picture. */
+typedef struct shd_middle {
+    size_t object;
+    double x, y;
+} shd_middle;
+
+/* NULL: others may be seen, or it is neither a ball nor a plane. */
+const struct shd_item *shd_sight_only(const shd_sight *sight, const shd_survey *survey,
+                                      size_t block, shd_middle *out);
+
 /* Of the pattern of so many samples a pixel. */
 shd_pattern_spread shd_spread_of(int samples);

@@ -5,6 +5,7 @@
  * of radius 1 and a tube of the ratio of its radii. shd_object_frame maps it to the world. */
 #pragma once
 
+#include "plan/nodes.h"
 #include "sight/mesh.h"
 #include "sight/sight.h"
 
@@ -105,7 +106,8 @@ struct shd_sight {
     const uint32_t *bands;
     uint32_t *banded;
     int band_count;
-    double offset_x[65], offset_y[65]; /* the sample pattern, and shd_center_sample */
+    /* The sample pattern, shd_center_sample and those of shd_rule_sample. */
+    double offset_x[65 + SHD_NODES_ALL], offset_y[65 + SHD_NODES_ALL];
 };
 
 /* The size of each component. */

@@ -247,6 +247,23 @@ bool shd_sight_has_built(const shd_sight *sight) {
     return sight->has_built;
 }
 
+/* Where shots go through their pixels. */
+static void set_offsets(shd_sight *sight, int samples) {
+    for (int i = 0; i < samples; i++)
+        shd_sample_offset(i, samples, &sight->offset_x[i], &sight->offset_y[i]);
+    const size_t center = shd_center_sample((size_t)samples);
+    sight->offset_x[center] = sight->offset_y[center] = 0.5;
+    shd_rule rules[SHD_RULES];
+    const size_t count = shd_plan_rules(sight->plan, sight->plan->tier);
+    if (count) shd_rules_of(samples, rules);
+    for (size_t r = 0; r < count; r++)
+        for (size_t i = 0; i < rules[r].count; i++) {
+            const size_t at = shd_rule_sample((size_t)samples, r) + i;
+            sight->offset_x[at] = 0.5 + rules[r].x[i];
+            sight->offset_y[at] = 0.5 + rules[r].y[i];
+        }
+}
+
 shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd_arena *arena,
                          shd_sight **out, shd_error *error) {
     const shd_scene *scene = plan->scene;
@@ -262,10 +279,7 @@ shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd
         .lens = {&scene->camera, 2 * x, 2 * y, half_x, half_y, x, y, half_x / x, half_y / y},
         .items = items,
         .count = scene->object_count};
-    for (int i = 0; i < scene->raster.samples; i++)
-        shd_sample_offset(i, scene->raster.samples, &sight->offset_x[i], &sight->offset_y[i]);
-    const size_t center = shd_center_sample((size_t)scene->raster.samples);
-    sight->offset_x[center] = sight->offset_y[center] = 0.5;
+    set_offsets(sight, scene->raster.samples);
     for (size_t i = 0; i < scene->object_count; i++) {
         shd_status status = make_item(sight, i, arena, error);
         if (status != SHD_OK) return status;

@@ -73,6 +73,11 @@ static inline size_t shd_center_sample(size_t samples) {
     return samples;
 }
 
+/* The first of the shots through the nodes of a rule (plan/nodes.h). */
+static inline size_t shd_rule_sample(size_t samples, size_t rule) {
+    return samples + 1 + (rule ? 4 : 0);
+}
+
 /* Casts the shots at the candidates and appends the hits to `out`, which must have room for
  * shots->count more. Returns how many there were. Candidates are all objects that the shots may
  * hit, and any others, in any order, which matters only to three surfaces that lie in each other

@@ -42,8 +42,9 @@ static char *scene(uint64_t seed) {
     fprintf(w.out,
             "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": %d}, \"accuracy\": "
             "{\"tier\": \"%s\"}, \"camera\": {\"type\": \"%s\", ",
-            40 + below(&random, 70), 30 + below(&random, 40), 1 + below(&random, 5),
-            tiers[below(&random, 4)], ortho ? "orthographic" : "perspective");
+            40 + below(&random, 70), 30 + below(&random, 40),
+            seed % 10 ? 1 + below(&random, 5) : 16, tiers[below(&random, 4)],
+            ortho ? "orthographic" : "perspective");
     write_vector(
         w.out, "position",
         shd_scale(random_direction(&random), uniform(&random, 0.1, below(&random, 2) ? 4 : 40)));

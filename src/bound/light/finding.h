@@ -24,6 +24,7 @@ typedef struct shd_finding {
     shd_hues hues;
     double *beside; /* [light_count]: no point that is seen is nearer to the light */
     int fineness;
+    bool nodes;   /* means may be of few nodes (plan/nodes.h) */
     bool crowded; /* pairs are many: lights are in clusters */
     shd_clusters clusters;
     /* Of the object in question: */

@@ -99,6 +99,8 @@ static double add_light_error(shd_finding *f, const shd_plan_material *material,
     const double distance = e->relative + (light->attenuated ? 2 * position : 0);
     f->distance = shd_larger(f->distance, distance);
     const double high = from->strength * lit->factor_high, low = from->strength * lit->factor_low;
+    const shd_shape shape = f->place.object->shape;
+    const bool nodes = f->nodes && (shape == SHD_SPHERE || shape == SHD_PLANE);
     double seen[3], spot = 0;
     /* A low s makes the errors low that it multiplies, but not its own. */
     if (light->spot && !light->steep && f->tier != SHD_EXACT)
@@ -109,7 +111,7 @@ static double add_light_error(shd_finding *f, const shd_plan_material *material,
     for (int c = 0; c < 3; c++) seen[c] = term->color[c] * high * lit->facing_high;
     to->low += low * lit->facing_low;
     to->high += high * lit->facing_high;
-    to->absolute += high * (e->facing + position) + spot;
+    to->absolute += high * (e->facing + position + (nodes ? shd_nodes_room(0) : 0)) + spot;
     to->limited += high * distance * lit->facing_high;
     for (size_t k = 0; k < material->lobe_count; k++) {
         const double shininess = material->lobes[k].shininess;
@@ -129,7 +131,7 @@ static double add_light_error(shd_finding *f, const shd_plan_material *material,
         if (low > 0 && lit->shine_low > 0)
             to->low += low * shd_shine_least(lit->shine_low, shininess);
         to->high += high * most;
-        to->absolute += high * faint + spot;
+        to->absolute += high * (faint + (nodes ? shd_nodes_room(shininess) : 0)) + spot;
         to->limited += high * shd_smaller(wrong + distance * most, 1);
     }
     return shd_larger(shd_larger(seen[0], seen[1]), seen[2]);

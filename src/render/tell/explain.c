@@ -275,9 +275,9 @@ static json_t *tell_all(const shd_explained *e, json_t *words) {
         tell_materials(plan), "lightChannels", plan->grey_lights ? 1 : 3, "channels",
         plan->grey ? 1 : 3, "splitPositions", plan->split_positions, "objects", tell_objects(plan),
         "samples", "pixel", samples, "pattern",
-        samples == 1             ? "center"
-        : shd_plan_is_thin(plan) ? "mixed"
-                                 : "full",
+        samples == 1                                                                     ? "center"
+        : shd_plan_is_thin(plan) || (shd_plan_rules(plan, plan->tier) && !plan->bunches) ? "mixed"
+                                                                                         : "full",
         "leftOut",
         json_pack("{sf s{sf sf} s{sf sf}}", "lights", plan->dropped, "tileLights", "absolute",
                   plan->drop_tolerance, "relative", plan->drop_relative, "samples", "absolute",

@@ -284,6 +284,12 @@ static void say_samples(json_t *words, const shd_plan *plan) {
                  "Samples: one at the center of a pixel where a sphere or a plane fills 8 x 8 of "
                  "them and bends light by no more than %.2g + %.2g of a value, all %d elsewhere.",
                  plan->mean_room.absolute, plan->mean_room.relative, samples);
+    else if (shd_plan_rules(plan, plan->tier) && !plan->bunches)
+        say_line(
+            words,
+            "Samples: all %d of every pixel, but 4 or 7 weighed ones where a sphere or a plane "
+            "fills 8 x 8 pixels and their mean is the same to f32's digits.",
+            samples);
     else
         say_line(words, "Samples: all %d of every pixel.", samples);
 }

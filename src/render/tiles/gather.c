@@ -37,7 +37,10 @@ static void average_bundles(const shd_scenery *scenery, const shd_chunk *c, cons
     const int samples = (int)c->samples;
     for (size_t b = 0; b < c->count; b++) {
         const size_t pixels = c->bundles[b].count;
-        scenery->paint->average(values, pixels, samples, out);
+        if (c->rule)
+            scenery->paint->weigh(values, pixels, c->rule->weight, c->rule->count, out);
+        else
+            scenery->paint->average(values, pixels, samples, out);
         values += pixels * (size_t)samples;
         out += pixels;
     }
@@ -53,6 +56,7 @@ void shd_add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, const sh
         const size_t at = f->count;
         const bool full = run.count == pixels * (size_t)samples && !s->alpha;
         size_t count = pixels;
+        if (chunk->rule && !full) continue; /* cancelled: rays are missing */
         if (full) {
             memcpy(f->cell + at, s->pixels + chunk->bundles[0].first, pixels * sizeof *f->cell);
             scenery->paint->fill(s->coverage + at, pixels, 1);

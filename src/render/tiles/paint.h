@@ -43,8 +43,11 @@ typedef struct shd_paint_kernel {
     /* out[i] = mean of values[i + k count] over k < samples: their sum in f64, in this order, times
      * 1 / samples. */
     void (*average)(const float *values, size_t count, int samples, float *out);
-    /* The same for values[i] that belong to place[i] < count <= SHD_TILE_PIXELS; 0 if a place has
-     * none. */
+    /* The same, of values that weigh differently. */
+    void (*weigh)(const float *values, size_t count, const double *weights, size_t samples,
+                  float *out);
+    /* The same as `average` for values[i] that belong to place[i] < count <= SHD_TILE_PIXELS; 0 if
+     * a place has none. */
     void (*gather)(const float *values, const uint16_t *place, size_t values_count, size_t count,
                    int samples, float *out);
     /* The box around points, and the sum of their normals. `count` is at least 1. */

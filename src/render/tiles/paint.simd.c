@@ -94,6 +94,21 @@ static void average_samples(const float *values, size_t count, int samples, floa
     }
 }
 
+static void weigh_samples(const float *values, size_t count, const double *weights, size_t samples,
+                          float *out) {
+    enum { AT_ONCE = 64 };
+    double sums[AT_ONCE];
+    for (size_t first = 0; first < count; first += AT_ONCE) {
+        const size_t left = count - first, some = left < AT_ONCE ? left : AT_ONCE;
+        for (size_t i = 0; i < some; i++) sums[i] = weights[0] * (double)values[first + i];
+        for (size_t k = 1; k < samples; k++) {
+            const float *more = values + k * count + first;
+            for (size_t i = 0; i < some; i++) sums[i] += weights[k] * (double)more[i];
+        }
+        for (size_t i = 0; i < some; i++) out[first + i] = (float)sums[i];
+    }
+}
+
 static void gather_samples(const float *values, const uint16_t *place, size_t values_count,
                            size_t count, int samples, float *out) {
     const double share = 1.0 / samples;
@@ -189,5 +204,5 @@ static float spread_normals(const float *const normal[3], const float axis[3], s
 }
 
 const shd_paint_kernel SHD_VARIANT(shd_paint_kernel) = {
-    mix_terms,       fill_values,    scatter_values, fill_rest,     divide_values,
-    average_samples, gather_samples, bound_points,   spread_normals};
+    mix_terms,       fill_values,   scatter_values, fill_rest,    divide_values,
+    average_samples, weigh_samples, gather_samples, bound_points, spread_normals};

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "bound/light/means.h"
+#include "bound/light/rules.h"
 #include "shade/sketch.h"
 #include "sight/bend.h"
 
@@ -27,8 +28,9 @@ static int greater_of(int a, int b) {
     return a > b ? a : b;
 }
 
-/* Lists the block's pixels that are in the tile, all of them with so many samples. */
-static void add_block(shd_tile tile, size_t block, size_t samples, shd_tile_scratch *s) {
+/* Lists the block's pixels that are in the tile, all of them with so many samples. NULL: there are
+ * none. */
+static shd_bundle *add_block(shd_tile tile, size_t block, size_t samples, shd_tile_scratch *s) {
     const int across = s->survey.across, left = tile.x % SHD_TILE, top = tile.y % SHD_TILE,
               x = (int)block % across * SHD_BLOCK_SIDE, y = (int)block / across * SHD_BLOCK_SIDE,
               x0 = greater_of(x, left), x1 = lesser_of(x + SHD_BLOCK_SIDE, left + tile.w),
@@ -36,10 +38,14 @@ static void add_block(shd_tile tile, size_t block, size_t samples, shd_tile_scra
     const shd_bundle *last = s->bundle_count ? &s->bundles[s->bundle_count - 1] : NULL;
     const size_t first = last ? (size_t)last->first + last->count : 0;
     size_t count = first;
-    if (x0 >= x1 || y0 >= y1) return;
+    if (x0 >= x1 || y0 >= y1) return NULL;
     for (int row = y0; row < y1; row++) count = list_row(s, count, row, x0, x1);
-    s->bundles[s->bundle_count++] = (shd_bundle){(uint16_t)first, (uint16_t)(count - first),
-                                                 (uint16_t)samples, &s->survey.blocks[block]};
+    shd_bundle *b = &s->bundles[s->bundle_count++];
+    *b = (shd_bundle){.first = (uint16_t)first,
+                      .count = (uint16_t)(count - first),
+                      .samples = (uint16_t)samples,
+                      .block = &s->survey.blocks[block]};
+    return b;
 }
 
 /* How a block is looked at. */
@@ -75,23 +81,63 @@ static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scra
                                                          : LOOK_ONCE;
 }
 
-/* Lists all pixels of blocks where something may be seen, block by block, so that a bundle's rays
- * are near to each other. */
-static void list_blocks(const shd_scenery *scenery, shd_tile tile, size_t samples,
-                        shd_tile_scratch *s) {
+/* The rule that a block's pixels may take, plus 1, and what they see. 0: none. */
+static unsigned rule_of(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s,
+                        uint32_t *object) {
+    const shd_plan *plan = scenery->plan;
+    shd_analytic a;
+    if (!shd_sight_expand(scenery->sight, &s->survey, block, &a) ||
+        plan->materials[plan->objects[a.object].material].textures)
+        return 0;
+    *object = (uint32_t)a.object;
+    const size_t rule = shd_find_rule(plan, &a, s->rules, s->rule_count, 1);
+    return rule < s->rule_count ? (unsigned)rule + 1 : 0;
+}
+
+/* The blocks of a tile that are drawn already, or take one sample a pixel, or rules. */
+typedef struct block_kinds {
+    size_t count; /* of all of these */
+    bool drawn[SHD_BUNDLES], center[SHD_BUNDLES];
+    unsigned rule[SHD_BUNDLES];
+    uint32_t object[SHD_BUNDLES];
+} block_kinds;
+
+static void find_kinds(const shd_scenery *scenery, shd_tile_scratch *s, block_kinds *out) {
     const size_t blocks = (size_t)s->survey.across * (size_t)s->survey.down;
-    size_t rest[SHD_BUNDLES], count = 0;
-    s->bundle_count = 0;
+    const bool draft = shd_plan_is_draft(scenery->plan);
+    *out = (block_kinds){0};
+    if (!draft && !s->rule_count) return;
     for (size_t block = 0; block < blocks; block++) {
         if (!s->survey.blocks[block].count) continue;
-        const look how =
-            shd_plan_is_draft(scenery->plan) ? look_lightly(scenery, block, s) : LOOK_AT_ALL;
-        if (how == LOOK_ONCE)
-            add_block(tile, block, 1, s);
-        else if (how == LOOK_AT_ALL)
-            rest[count++] = block;
+        const look how = draft ? look_lightly(scenery, block, s) : LOOK_AT_ALL;
+        out->drawn[block] = how == LOOK_DONE;
+        out->center[block] = how == LOOK_ONCE;
+        if (how == LOOK_AT_ALL && s->rule_count)
+            out->rule[block] = rule_of(scenery, block, s, &out->object[block]);
+        out->count += how != LOOK_AT_ALL || out->rule[block];
     }
-    for (size_t k = 0; k < count; k++) add_block(tile, rest[k], samples, s);
+}
+
+/* Lists all pixels of blocks where something may be seen, block by block, so that a bundle's rays
+ * are near to each other. */
+static void list_blocks(shd_tile tile, size_t samples, const block_kinds *kinds,
+                        shd_tile_scratch *s) {
+    const size_t blocks = (size_t)s->survey.across * (size_t)s->survey.down;
+    s->bundle_count = 0;
+    for (size_t block = 0; block < blocks; block++)
+        if (kinds->center[block]) add_block(tile, block, 1, s);
+    for (unsigned rule = 1; rule <= s->rule_count; rule++)
+        for (size_t block = 0; block < blocks; block++) {
+            if (kinds->rule[block] != rule) continue;
+            shd_bundle *b = add_block(tile, block, s->rules[rule - 1].count, s);
+            if (!b) continue;
+            b->rule = (uint16_t)rule;
+            b->object = kinds->object[block];
+        }
+    for (size_t block = 0; block < blocks; block++)
+        if (s->survey.blocks[block].count && !kinds->drawn[block] && !kinds->center[block] &&
+            !kinds->rule[block])
+            add_block(tile, block, samples, s);
 }
 
 /* Lists the same pixels row by row, as pictures have them. */
@@ -107,17 +153,20 @@ static void list_rows(shd_tile tile, shd_tile_scratch *s, size_t samples) {
     s->bundle_count = 0;
     for (size_t first = 0, step = shd_pixels_at_once(samples); first < count; first += step)
         s->bundles[s->bundle_count++] =
-            (shd_bundle){(uint16_t)first, (uint16_t)(count - first < step ? count - first : step),
-                         (uint16_t)samples, NULL};
+            (shd_bundle){.first = (uint16_t)first,
+                         .count = (uint16_t)(count - first < step ? count - first : step),
+                         .samples = (uint16_t)samples};
 }
 
 void shd_list_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
     const size_t samples = (size_t)plan->scene->raster.samples;
-    if (s->survey.even && !shd_plan_is_draft(plan) && !plan->bunches)
+    block_kinds kinds;
+    find_kinds(scenery, s, &kinds);
+    if (s->survey.even && !kinds.count && !plan->bunches)
         list_rows(tile, s, samples);
     else
-        list_blocks(scenery, tile, samples, s);
+        list_blocks(tile, samples, &kinds, s);
 }
 
 /* ---- Chunks. ---- */
@@ -143,13 +192,24 @@ static void make_shots(shd_tile tile, const uint16_t *cells, size_t pixels, size
     }
 }
 
+/* Whether two bundles' rays may be cast together. */
+static bool go_together(const shd_bundle *a, const shd_bundle *b) {
+    return a->samples == b->samples && a->rule == b->rule && (!a->rule || a->object == b->object);
+}
+
 shd_chunk shd_make_chunk(shd_tile tile, shd_tile_scratch *s, size_t first, size_t pattern) {
-    const size_t samples = s->bundles[first].samples,
-                 from = samples < pattern ? shd_center_sample(pattern) : 0;
-    shd_chunk c = {s->bundles + first, 0, 0, samples};
+    const shd_bundle *begin = &s->bundles[first];
+    const size_t samples = begin->samples;
+    size_t from = samples < pattern ? shd_center_sample(pattern) : 0;
+    shd_chunk c = {.bundles = begin, .samples = samples};
+    if (begin->rule) {
+        c.rule = &s->rules[begin->rule - 1];
+        from = shd_rule_sample(pattern, begin->rule - 1u);
+    }
     for (; first + c.count < s->bundle_count; c.count++) {
         const shd_bundle *next = &c.bundles[c.count];
-        if (next->samples != samples || c.pixels + next->count > shd_pixels_at_once(samples)) break;
+        if (!go_together(begin, next) || c.pixels + next->count > shd_pixels_at_once(samples))
+            break;
         make_shots(tile, s->pixels + next->first, next->count, samples, from, c.pixels * samples,
                    s);
         c.pixels += next->count;

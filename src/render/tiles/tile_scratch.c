@@ -64,7 +64,8 @@ static void lay_out_fragments(const shd_plan *plan, size_t samples, shd_scratch 
     f->sums = shd_scratch_rows32(memory, shd_sum_of(plan, plan->plane_count, 0, 0),
                                  f->capacity + SHD_LANES);
     const size_t step = shd_pixels_at_once(samples), all = (SHD_TILE_PIXELS + step - 1) / step,
-                 chunks = all + shd_plan_is_thin(plan); /* and one of what takes one sample */
+                 /* And one of what takes one sample, and of each block that takes nodes. */
+        chunks = all + shd_plan_is_thin(plan) + (s->rule_count ? SHD_BUNDLES : 0);
     f->runs = shd_scratch_take(memory, chunks * s->run_capacity, sizeof *f->runs);
 }
 
@@ -76,6 +77,7 @@ shd_tile_scratch *shd_tile_scratch_lay_out(const shd_plan *plan, shd_scratch *me
     for (size_t i = 0; i < SHD_TILE_PIXELS; i++) s->fragment_of[i] = SHD_NO_FRAGMENT;
     shd_survey_lay_out(plan->scene->object_count, SHD_TILE, SHD_TILE, memory, &s->survey);
     s->pixels = shd_scratch_take(memory, SHD_TILE_PIXELS, sizeof *s->pixels);
+    s->rule_count = plan->bunches ? 0 : shd_plan_rules(plan, plan->tier);
     lay_out_chunk(plan, memory, s);
     if (samples > 1)
         lay_out_fragments(plan, samples, memory, s);
@@ -86,5 +88,6 @@ shd_tile_scratch *shd_tile_scratch_lay_out(const shd_plan *plan, shd_scratch *me
     if (shd_plan_is_thin(plan)) s->spread = shd_spread_of((int)samples);
     for (int c = 0; plan->sketched && c < 3; c++)
         s->sketch[c] = shd_scratch_take(memory, SHD_TILE_PIXELS, sizeof *s->sketch[c]);
+    if (s->rule_count) shd_rules_of((int)samples, s->rules);
     return made;
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "plan/bend.h"
+#include "plan/nodes.h"
 #include "render/tiles/far.h"
 #include "render/tiles/fragments.h"
 #include "shade/lighting.h"
@@ -10,7 +11,9 @@
 /* Pixels whose rays are cast together. */
 typedef struct shd_bundle {
     uint16_t first, count;  /* in s->pixels */
-    uint16_t samples;       /* of each pixel that are taken: all, or one at its center */
+    uint16_t samples;       /* of each pixel that are taken: all, one at its center, or nodes */
+    uint16_t rule;          /* that these are of, plus 1, of s->rules; or 0 */
+    uint32_t object;        /* of nodes: that all of them hit */
     const shd_block *block; /* of the survey, if they are all in one; or NULL */
 } shd_bundle;
 
@@ -31,7 +34,9 @@ typedef struct shd_tile_scratch {
     /* Of a plan that is sketched: the survey's blocks whose pixels are drawn, as bits, and their
      * colors by cell. */
     uint32_t sketched;
-    float *sketch[3]; /* [SHD_TILE_PIXELS] */
+    float *sketch[3];          /* [SHD_TILE_PIXELS] */
+    shd_rule rules[SHD_RULES]; /* [rule_count]: that bundles may take instead */
+    size_t rule_count;
 
     /* A chunk's rays. */
     int32_t *x, *y;

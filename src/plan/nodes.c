@@ -1,0 +1,106 @@
+#include "plan/nodes.h"
+
+#include <math.h>
+
+#include "base/pattern.h"
+
+/* A frame in the pixel, with a unit vector (c, s) and the one to its left for axes. */
+typedef struct frame {
+    double c, s;
+} frame;
+
+static double power(double x, int n) {
+    double p = 1;
+    while (n-- > 0) p *= x;
+    return p;
+}
+
+/* The pattern's mean of u^i v^j. */
+static double moment(int samples, frame f, int i, int j) {
+    double sum = 0;
+    for (int k = 0; k < samples; k++) {
+        double x, y;
+        shd_sample_offset(k, samples, &x, &y);
+        x -= 0.5;
+        y -= 0.5;
+        sum += power(f.c * x + f.s * y, i) * power(f.c * y - f.s * x, j);
+    }
+    return sum / samples;
+}
+
+/* The rule's. */
+static double rule_moment(const shd_rule *r, int i, int j) {
+    double sum = 0;
+    for (size_t k = 0; k < r->count; k++)
+        sum += r->weight[k] * power(r->x[k], i) * power(r->y[k], j);
+    return sum;
+}
+
+/* The unit vector at half the angle of another one, between -90 and 90 degrees. */
+static frame half_of(frame f) {
+    const double c = sqrt(fmax(0, 1 + f.c) / 2);
+    return c > 1e-8 ? (frame){c, f.s / (2 * c)} : (frame){0, 1};
+}
+
+/* A frame in which the mean of u v is 0, and if any is that, those of u^3 v - u v^3. Rows and
+ * columns have one sample each, so that u^2 and v^2 have one mean in the picture's frame. */
+static frame even_frame(int samples) {
+    static const frame PICTURE = {1, 0}, ASLANT = {0.7071067811865476, 0.7071067811865476};
+    if (fabs(moment(samples, PICTURE, 1, 1)) > 1e-9) return ASLANT;
+    /* The mean of (x + i y)^4 turns four times as fast as the frame. */
+    const double real = moment(samples, PICTURE, 4, 0) + moment(samples, PICTURE, 0, 4) -
+                        6 * moment(samples, PICTURE, 2, 2),
+                 imaginary = 4 * (moment(samples, PICTURE, 3, 1) - moment(samples, PICTURE, 1, 3)),
+                 length = sqrt(real * real + imaginary * imaginary);
+    if (!(length > 1e-9)) return PICTURE;
+    return half_of(half_of((frame){real / length, imaginary / length}));
+}
+
+static void add_node(shd_rule *r, frame f, double u, double v, double weight) {
+    r->x[r->count] = f.c * u - f.s * v;
+    r->y[r->count] = f.s * u + f.c * v;
+    r->weight[r->count++] = weight;
+}
+
+/* The first degrees in which means differ. A form's polarized values are no more than its own on
+ * the unit circle (S. Banach, "Uber homogene Polynome in (L2)", 1938), so that those coefficients
+ * are no more than binomial ones. */
+static void set_errors(int samples, shd_rule *r) {
+    static const double binomials[3][6] = {{1, 3, 3, 1}, {1, 4, 6, 4, 1}, {1, 5, 10, 10, 5, 1}};
+    const frame picture = {1, 0};
+    for (int d = 3; d < 6; d++) {
+        r->off[d - 3] = 0;
+        for (int j = 0; j <= d; j++)
+            r->off[d - 3] += binomials[d - 3][j] *
+                             fabs(moment(samples, picture, d - j, j) - rule_moment(r, d - j, j));
+    }
+    r->sixth = 0;
+    for (int i = 0, times = 1; i <= 3; times = times * (3 - i) / (i + 1), i++)
+        r->sixth +=
+            times * (moment(samples, picture, 6 - 2 * i, 2 * i) + rule_moment(r, 6 - 2 * i, 2 * i));
+}
+
+void shd_rules_of(int samples, shd_rule out[SHD_RULES]) {
+    const frame f = even_frame(samples);
+    const double uu = moment(samples, f, 2, 0), vv = moment(samples, f, 0, 2),
+                 u4 = moment(samples, f, 4, 0), v4 = moment(samples, f, 0, 4),
+                 u2v2 = moment(samples, f, 2, 2);
+    shd_rule *four = &out[0], *seven = &out[1];
+    *four = *seven = (shd_rule){0};
+    const double u = sqrt(2 * uu), v = sqrt(2 * vv);
+    for (int k = -1; k <= 1; k += 2) {
+        add_node(four, f, k * u, 0, 0.25);
+        add_node(four, f, 0, k * v, 0.25);
+    }
+    /* J. Radon's, "Zur mechanischen Kubatur" (1948), for measures that are even in u and in v. */
+    const double p = sqrt(u4 / uu), q = sqrt(u2v2 / uu), corner = uu * uu / (4 * u4),
+                 rest = vv - uu * u2v2 / u4, rest4 = v4 - u2v2 * u2v2 / u4,
+                 beside = rest * rest / (2 * rest4), z = sqrt(rest4 / rest);
+    add_node(seven, f, 0, 0, 1 - 4 * corner - 2 * beside);
+    for (int k = -1; k <= 1; k += 2) {
+        add_node(seven, f, p, k * q, corner);
+        add_node(seven, f, -p, k * q, corner);
+        add_node(seven, f, 0, k * z, beside);
+    }
+    for (int r = 0; r < SHD_RULES; r++) set_errors(samples, &out[r]);
+}
