@@ -181,6 +181,9 @@ typedef struct shd_plan {
     /* [scene->material_count][SHD_ENVIRONMENTS_MOST][1 + max_lobes]: of the diffuse term and the
      * lobes under each environment; NULL: all are summed by quadrature, as in the exact tier. */
     const shd_glow *glows;
+    /* [SHD_ENVIRONMENTS_MOST]: the maps of environments in blocks (shade/moments.h), where a term
+     * has no table. NULL: there is none. */
+    const struct shd_moments *const *moments;
     const shd_bins *bins; /* the channels of spectral scenes; NULL: RGB */
     /* Whether rays carry bins, because coefficients of a spectral scene's rays are colored. Others
      * multiply all bins alike, and so a color. */

@@ -4,10 +4,8 @@
 
 #include "plan/peaks.h"
 #include "shade/area.h"
-#include "shade/backdrop.h"
-#include "shade/environment.h"
 #include "shade/exact.h"
-#include "shade/prefilter.h"
+#include "shade/surrounded.h"
 #include "shade/ways.h"
 #include "shade/westin_table.h"
 
@@ -154,36 +152,13 @@ static bool weigh_shape(const shd_plan *plan, const shd_lighting *kernels, const
     return true;
 }
 
-/* A term of Phong's model: by a table if the plan has one. */
-static void weigh_around(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
-                         size_t term, double row[3]) {
-    const shd_light *from = light->environment;
-    const shd_glow *glow = shd_find_glow(plan, at->material, light, term);
-    const shd_vec3 normal = shd_to_map(from, at->normal),
-                   toward = term ? shd_to_map(from, at->mirror) : normal;
-    double sum[3];
-    if (glow)
-        shd_prefilter_weigh(glow->table, toward, term ? &normal : NULL, sum);
-    else
-        shd_environment_integrate(from->map, term ? at->material->lobes[term - 1].shininess : 1,
-                                  toward, normal, sum);
-    shd_from_map(from, sum, row);
-}
-
-/* An environment lights Phong's materials only. */
-static bool weigh_environment(const shd_plan *plan, const shd_plan_light *light,
-                              const shd_surface *at, double row[SHD_BRDF_ROWS]) {
-    const shd_plan_material *m = at->material;
-    for (int c = 0; c < 3; c++) row[c] = 0;
-    for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++)
-        weigh_around(plan, light, at, t, row + 3 * t);
-    return true;
-}
-
 bool shd_weigh_extended(const shd_plan *plan, const shd_lighting *kernels,
                         const shd_plan_light *light, const shd_surface *at,
                         double row[SHD_BRDF_ROWS]) {
-    if (light->environment) return weigh_environment(plan, light, at, row);
+    if (light->environment) {
+        shd_weigh_environment(plan, kernels, light, at, row);
+        return true;
+    }
     if (light->shape) return weigh_shape(plan, kernels, light->shape, at, row);
     shd_vec3 toward;
     const double factor = shd_arriving(light, at->position, &toward);

@@ -137,9 +137,8 @@ function calmScene(scene) {
         }
     }
     if (!Array.isArray(calm.lights)) return calm;
-    const others = has(calm, member("model", model => model !== "phong")) || has(calm, member("fresnel")) ||
-        has(calm, member("sigma")) || has(calm, member("microgeometry")) || has(calm, member("roughness")) ||
-        has(calm, member("preset")) || objects.some(object => typeof object.material === "string");
+    const others = has(calm, member("microgeometry")) || has(calm, member("preset")) ||
+        objects.some(object => typeof object.material === "string");
     const around = calm.lights.filter(light => light.type === "environment");
     if (around.length && others) calm.lights = calm.lights.filter(light => light.type !== "environment");
     else if (around.length) delete calm.spectral;

@@ -26,7 +26,7 @@ static void add_term(const shd_plan *plan, const shd_plan_material *m, const shd
     for (int c = 0; c < 3; c++) by[c] = fabs(color[c] * light->color[c]);
     if (plan->bins) shd_term_most(plan, m, light, term, by);
     if (light->environment)
-        weight = shd_around_most(light->environment, term ? m->lobes[term - 1].shininess : 1);
+        weight = shd_around_most_of(light->environment, m, term, INFINITY);
     else if (light->shape)
         weight = shd_shape_most(light->shape, &peak, shd_shape_distance(place, light->shape));
     else if (light->directional)

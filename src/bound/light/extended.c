@@ -162,7 +162,7 @@ static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *
     if (light->environment) {
         shd_glance g = {.lit = {.nearest = INFINITY}};
         see_piece(f, piece, light, &g);
-        shd_add_environment(sums, light, shd_smaller(g.direction, 2));
+        shd_add_environment(sums, light, &g);
         return;
     }
     if (light->shape) {

@@ -53,7 +53,7 @@ static void add_light(shd_lit_errors *f, const met_place *at, const shd_plan_lig
                                               : shd_least_distance(&f->place, light->position);
     see_anywhere(f, at, light, nearest, &g);
     if (light->environment)
-        shd_add_environment(f, light, g.direction);
+        shd_add_environment(f, light, &g);
     else if (light->shape)
         shd_add_drifted_shape(f, light, &g);
     else
