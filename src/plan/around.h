@@ -50,15 +50,19 @@ static inline double shd_around_turned(const shd_light *environment, double expo
     return off * (strip + slope);
 }
 
-/* The most, and the slope by direction in radians, of what is seen behind all objects; 0: there is
- * no environment. */
-static inline double shd_backdrop_scale(const shd_scene *scene) {
-    const shd_light *light = scene->backdrop;
-    return light ? fabs(light->color[0]) * shd_around_gain(light) : 0;
+/* The most, and the slope by direction in radians, of what is seen behind all objects, in the
+ * working space, whatever share of its bins is left; 0: there is no environment. */
+static inline double shd_backdrop_scale(const shd_plan *plan) {
+    const shd_light *light = plan->scene->backdrop;
+    if (!light) return 0;
+    return fabs(light->color[0]) * shd_around_gain(light) *
+           (plan->tinted ? shd_lifted_most(plan->bins) : 1);
 }
-static inline double shd_backdrop_most(const shd_scene *scene) {
-    return scene->backdrop ? shd_backdrop_scale(scene) * scene->backdrop->seen->most : 0;
+static inline double shd_backdrop_most(const shd_plan *plan) {
+    const shd_light *light = plan->scene->backdrop;
+    return light ? shd_backdrop_scale(plan) * light->seen->most : 0;
 }
-static inline double shd_backdrop_slope(const shd_scene *scene) {
-    return scene->backdrop ? shd_backdrop_scale(scene) * scene->backdrop->seen->slope : 0;
+static inline double shd_backdrop_slope(const shd_plan *plan) {
+    const shd_light *light = plan->scene->backdrop;
+    return light ? shd_backdrop_scale(plan) * light->seen->slope : 0;
 }

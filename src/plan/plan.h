@@ -284,6 +284,10 @@ static inline bool shd_is_all(const double *values, size_t count, double value) 
  * rays carry. */
 double shd_mean_share(const shd_plan *plan, const double *share);
 
+/* The largest component of the color of lifted light of which each bin keeps a share of 1 at most,
+ * whose own components are 1 at most. */
+double shd_lifted_most(const shd_bins *bins);
+
 /* Fills [bins->count] with what each bin adds to a light's color. */
 void shd_light_in_bins(const shd_plan *plan, const shd_light *light, double (*out)[3]);
 

@@ -95,8 +95,6 @@ static void find_colors(shd_reader *r, const shd_node *node, shd_light *light) {
 }
 
 void shd_finish_surroundings(shd_reader *r, const shd_node *node, shd_light *light) {
-    if (r->scene->spectral.channels)
-        shd_wrong(r, node, "a spectral scene has no environment: its map has no spectrum");
     find_colors(r, node, light);
     if (light->map && light->visible) light->seen = find_seen(r, node, light->map);
 }

@@ -216,13 +216,42 @@ static void add_facets(const shd_plan *plan, const shd_lighting *kernels,
     }
 }
 
+/* Lobes that an environment lights bin by bin: adds the light of each to out[bins][3]. */
+static void spread_around(const shd_plan *plan, const shd_lighting *kernels,
+                          const shd_plan_light *light, const shd_surface *at, size_t k,
+                          const double *share, double (*out)[3]) {
+    const size_t bins = plan->bins->count;
+    double by[SHD_BINS_MOST] = {0};
+    shd_weigh_environment_bins(plan, kernels, light, at, k, by);
+    for (size_t b = 0; b < bins; b++) {
+        const double lit = by[b] * at->material->bins[(1 + k) * bins + b] * (share ? share[b] : 1);
+        for (size_t c = 0; c < 3; c++) out[b][c] += lit * light->bins[b][c];
+    }
+}
+
+static void add_around(const shd_plan *plan, const shd_lighting *kernels,
+                       const shd_plan_light *light, const shd_surface *at, const double share[3],
+                       double *sums) {
+    double spread[SHD_BINS_MOST][3], lit[3];
+    for (size_t k = 0; k < at->material->lobe_count; k++) {
+        memset(spread, 0, plan->bins->count * sizeof *spread);
+        spread_around(plan, kernels, light, at, k, NULL, spread);
+        shd_bins_mix(plan->bins->count, NULL, (const double(*)[3])spread, lit);
+        for (size_t c = 0; c < 3; c++) sums[3 + 3 * k + c] += lit[c] * share[c];
+    }
+}
+
 void shd_color_extended(const shd_plan *plan, const shd_lighting *kernels,
                         const shd_plan_light *light, const shd_surface *at,
                         const double row[SHD_BRDF_ROWS], const double share[3], double *sums) {
-    const bool facets = at->material->indices;
+    const bool around = shd_is_by_bins(plan, light, at->material);
+    const bool facets = around || at->material->indices;
     for (size_t k = 0; k < (facets ? 1 : 1 + at->material->lobe_count); k++)
         add_term(plan, at, light, k, row + 3 * k, share, sums + 3 * k);
-    if (facets) add_facets(plan, kernels, light, at, share, sums);
+    if (around)
+        add_around(plan, kernels, light, at, share, sums);
+    else if (facets)
+        add_facets(plan, kernels, light, at, share, sums);
 }
 
 /* ---- In bins. ---- */
@@ -261,6 +290,11 @@ static void spread_light(const shd_plan *plan, const shd_plan_light *light, cons
                          double (*out)[3]) {
     const shd_plan_material *m = at->material;
     if (terms->diffuse) spread_term(plan, light, m, 0, row, share, out);
+    if (shd_is_by_bins(plan, light, m)) {
+        for (size_t k = terms->first; k < terms->end; k++)
+            spread_around(plan, NULL, light, at, k, share, out);
+        return;
+    }
     if (m->indices) {
         if (terms->first < terms->end) spread_facets(plan, light, at, terms, share, out);
         return;

@@ -38,10 +38,11 @@ static void sum_by_one(const void *context, const shd_ways *ways, double (*out)[
     }
 }
 
-/* The point as it would be with one term alone, in the map's frame. */
+/* The point as it would be with one term alone, in the map's frame. Writes what each channel of the
+ * working space makes of each channel of the term: out[map's][term's]. */
 static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
                       const shd_plan_light *light, const shd_surface *at, size_t term,
-                      double row[3]) {
+                      double out[3][3]) {
     static shd_area_sum_function *const sums[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sum_ways);
     const shd_light *from = light->environment;
     const size_t material = (size_t)(at->material - plan->materials);
@@ -67,7 +68,36 @@ static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
     for (size_t c = 0; c < 3; c++) {
         double rgb[3];
         shd_from_map(from, all[term ? 3 + c : c], rgb);
-        row[c] = rgb[c];
+        for (int k = 0; k < 3; k++) out[k][c] = rgb[k];
+    }
+}
+
+/* Lifting is linear: light of one channel of the working space in each bin. */
+static void lift_channels(const shd_bins *bins, double out[3][SHD_BINS_MOST]) {
+    for (int k = 0; k < 3; k++)
+        shd_bins_lift(bins, (const double[3]){k == 0, k == 1, k == 2}, out[k]);
+}
+
+void shd_weigh_environment_bins(const shd_plan *plan, const shd_lighting *kernels,
+                                const shd_plan_light *light, const shd_surface *at, size_t k,
+                                double *out) {
+    const shd_plan_material *m = at->material;
+    const size_t bins = plan->bins->count;
+    shd_surface here = *at;
+    double lifted[3][SHD_BINS_MOST], by[3][3];
+    lift_channels(plan->bins, lifted);
+    if (!m->indices) walk_term(plan, kernels, light, &here, 1 + k, by);
+    for (size_t b = 0; b < bins && !shd_is_cancelled(plan->cancelled); b++) {
+        here.index = m->indices ? &m->indices[b / 3] : NULL;
+        if (m->indices && b % 3 == 0) walk_term(plan, kernels, light, &here, 1 + k, by);
+        out[b] = 0;
+        for (int from = 0; from < 3; from++) {
+            double mirrored = by[from][b % 3];
+            if (!m->indices)
+                mirrored = lifted[0][b] * by[from][0] + lifted[1][b] * by[from][1] +
+                           lifted[2][b] * by[from][2];
+            out[b] += lifted[from][b] * mirrored;
+        }
     }
 }
 
@@ -75,11 +105,15 @@ void shd_weigh_environment(const shd_plan *plan, const shd_lighting *kernels,
                            const shd_plan_light *light, const shd_surface *at,
                            double row[SHD_BRDF_ROWS]) {
     const shd_plan_material *m = at->material;
-    for (int c = 0; c < 3; c++) row[c] = 0;
+    const bool by_bins = shd_is_by_bins(plan, light, m);
+    memset(row, 0, (3 + 3 * m->lobe_count) * sizeof *row);
     for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
-        if (shd_is_symmetric(m->model, t))
+        double all[3][3];
+        if (shd_is_symmetric(m->model, t)) {
             weigh_symmetric(plan, light, at, t, row + 3 * t);
-        else
-            walk_term(plan, kernels, light, at, t, row + 3 * t);
+        } else if (!by_bins) {
+            walk_term(plan, kernels, light, at, t, all);
+            for (size_t c = 0; c < 3; c++) row[3 * t + c] = all[c][c];
+        }
     }
 }

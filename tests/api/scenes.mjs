@@ -141,7 +141,6 @@ function calmScene(scene) {
         objects.some(object => typeof object.material === "string");
     const around = calm.lights.filter(light => light.type === "environment");
     if (around.length && others) calm.lights = calm.lights.filter(light => light.type !== "environment");
-    else if (around.length) delete calm.spectral;
     around.forEach((light, i) => {
         if (i) delete light.visible;
         if (light.map !== "studio") light.map = "sky"; /* there are no pictures */

@@ -34,7 +34,8 @@ static product product_of(const shd_plan *plan, const shd_plan_material *m,
     const double *sum = shd_term_color(plan, m, light, term, scratch);
     shd_term_most(plan, m, light, term, most);
     for (int c = 0; c < 3; c++) {
-        const bool apart = plan->tinted || (term && m->model == SHD_MODEL_COOK_TORRANCE);
+        const bool apart =
+            plan->tinted || light->environment || (term && m->model == SHD_MODEL_COOK_TORRANCE);
         p.most[c] = apart ? most[c] : fabs(sum[c]);
         p.error[c] = SUM * most[c];
     }
@@ -136,7 +137,8 @@ static void add_walked(shd_lit_errors *f, const shd_plan_light *light, const shd
                  turned = facets ? shd_around_gain(from) * from->map->most *
                                        shd_facets_turned(f->material, term - 1, &any)
                                  : w.error * shd_around_most(from, 0);
-    add_product(f, p, most, SHD_AROUND_TOLERANCE * most + turned);
+    /* Neither is below 0, nor above the most by more than the tolerance. */
+    add_product(f, p, most, SHD_AROUND_TOLERANCE * most + shd_smaller(turned, most));
 }
 
 /* Neither what is computed nor what should be is below 0, or above the most. */
