@@ -401,9 +401,11 @@ static void add_to_crowd(const shd_lighting *lighting, uint32_t index, crowded *
     const shd_shadows *shadows = lighting->shadows;
     uint8_t which[SHD_CROWD];
     size_t reached = 0;
+    /* Maps are walked in vectors of directions. */
+    const shd_lighting *kernels = light->environment ? lighting : NULL;
     for (size_t i = 0; i < c->crowd.count; i++) {
         double row[SHD_BRDF_ROWS];
-        if (!reach_point(lighting, NULL, index, &c->crowd.at[i], row)) continue;
+        if (!reach_point(lighting, kernels, index, &c->crowd.at[i], row)) continue;
         for (size_t r = 0; r < c->width; r++) c->rows[reached * c->width + r] = row[r];
         which[reached++] = (uint8_t)i;
     }
@@ -417,7 +419,7 @@ static void add_to_crowd(const shd_lighting *lighting, uint32_t index, crowded *
         if (lighting->plan->tinted)
             color_shared(lighting, light, at, row, share, sums);
         else
-            shd_color_extended(lighting->plan, NULL, light, at, row, share, sums);
+            shd_color_extended(lighting->plan, kernels, light, at, row, share, sums);
     }
 }
 

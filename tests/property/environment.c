@@ -234,6 +234,52 @@ static void metals_mirror_a_map_by_bins(void **state) {
     assert_true(fabs(ratio[0][2] - 1) > 1e-2);
 }
 
+/* The color in the middle of a picture that looks from the origin along `toward`, in which a thing
+ * stands or not. */
+static void look_at_map(shd_engine *engine, const char *toward, const char *visible,
+                        const char *thing, double color[3]) {
+    char *json = text_of(
+        "{\"image\": {\"width\": 1, \"height\": 1, \"samples\": 1}, \"accuracy\": {\"tier\": "
+        "\"exact\"}, \"background\": [0.25, 0.5, 0.75], \"trace\": {\"depth\": 6}, "
+        "\"camera\": {\"position\": [0, 0, 0], \"target\": %s, \"up\": [1, 0.1, 0.2], \"fov\": "
+        "0.2}, "
+        "\"lights\": [{\"type\": \"environment\", \"map\": \"studio\", \"rotate\": 3, "
+        "\"visible\": "
+        "%s}], \"objects\": [%s]}",
+        toward, visible, thing);
+    drawn d = shown_film_of(engine, json);
+    for (int c = 0; c < 3; c++) color[c] = (double)d.film.rgba[c];
+    drop_drawn(&d);
+    free(json);
+}
+
+/* A mirror at 45 degrees shows what is above; a ball of an index of 1 and air show what is behind;
+ * of a map that is not visible they show the background, and black coefficients nothing of either.
+ */
+static void mirrors_and_glass_show_the_map(void **state) {
+    static const char
+        far[] = "{\"type\": \"sphere\", \"transform\": {\"translate\": [0, -900, 0]}}",
+        mirror[] = "{\"type\": \"disc\", \"material\": {\"diffuse\": 0, \"reflection\": 1}, "
+                   "\"transform\": {\"rotate\": [45, 0, 0], \"translate\": [0, 0, -3]}}",
+        glass[] = "{\"type\": \"sphere\", \"material\": {\"diffuse\": 0, \"transmission\": 1, "
+                  "\"ior\": 1}, \"transform\": {\"translate\": [0, 0, -3]}}";
+    static const double background[3] = {0.25, 0.5, 0.75};
+    double above[3], ahead[3], seen[3];
+    look_at_map(*state, "[0, 1, 0]", "true", far, above);
+    look_at_map(*state, "[0, 0, -1]", "true", far, ahead);
+    assert_true(fabs(above[0] - ahead[0]) > 0.5);
+    for (int visible = 0; visible < 2; visible++)
+        for (int thing = 0; thing < 3; thing++) {
+            look_at_map(*state, "[0, 0, -1]", visible ? "true" : "false",
+                        thing == 0   ? far
+                        : thing == 1 ? mirror
+                                     : glass,
+                        seen);
+            const double *wanted = !visible ? background : thing == 1 ? above : ahead;
+            for (int c = 0; c < 3; c++) assert_true(fabs(seen[c] - wanted[c]) < 1e-3);
+        }
+}
+
 /* What an environment cannot be in is told of the light. */
 static void what_it_cannot_light_is_refused(void **state) {
     static const char *const members[] = {
@@ -296,6 +342,7 @@ int main(void) {
         cmocka_unit_test(other_models_are_lit_as_told),
         cmocka_unit_test(spectra_keep_what_is_grey),
         cmocka_unit_test(metals_mirror_a_map_by_bins),
+        cmocka_unit_test(mirrors_and_glass_show_the_map),
         cmocka_unit_test(what_it_cannot_light_is_refused),
         cmocka_unit_test(work_counts_tables_and_quadrature),
     };
