@@ -1,7 +1,7 @@
 /* What planning and proving know of environments. */
 #pragma once
 
-#include "plan/plan.h"
+#include "plan/peaks.h"
 #include "scene/surroundings.h"
 
 /* No color of a map becomes a larger one in the working space than its largest channel times this.
@@ -16,9 +16,30 @@ static inline double shd_around_gain(const shd_light *environment) {
     return most;
 }
 
+/* Whether a term is a power of a cosine to one direction, cut by the horizon at most: Lambert's
+ * light and Phong's lobes. */
+static inline bool shd_is_symmetric(shd_model model, size_t term) {
+    if (term == 0) return model != SHD_MODEL_OREN_NAYAR && model != SHD_MODEL_WESTIN;
+    return model == SHD_MODEL_PHONG;
+}
+
 /* The most that a weight of (L.W)+^exponent is, in any channel: 1 / pi times the integral. */
 static inline double shd_around_most(const shd_light *environment, double exponent) {
     return shd_around_gain(environment) * shd_surroundings_most(environment->map, exponent);
+}
+
+/* The same of any term, of which no direction has more than `peak`, if that is less than
+ * shd_peak_of says: the brightest part of the map that is so large that the peak makes the whole.
+ */
+static inline double shd_around_most_of(const shd_light *environment, const shd_plan_material *m,
+                                        size_t term, double peak) {
+    if (shd_is_symmetric(m->model, term))
+        return shd_around_most(environment, term ? m->lobes[term - 1].shininess : 1);
+    const shd_peak own = shd_peak_of(m, term);
+    const double most = shd_smaller(own.most, peak), gain = shd_around_gain(environment);
+    if (!(most < INFINITY)) return gain * environment->map->most * own.whole;
+    return gain * most / SHD_PI *
+           shd_surroundings_brightest(environment->map, SHD_PI * own.whole / most);
 }
 
 /* By how much such a weight changes at most if W and the normal turn by `off`. The power's slope by
@@ -29,15 +50,19 @@ static inline double shd_around_turned(const shd_light *environment, double expo
     return off * (strip + slope);
 }
 
-/* The most, and the slope by direction in radians, of what is seen behind all objects; 0: there is
- * no environment. */
-static inline double shd_backdrop_scale(const shd_scene *scene) {
-    const shd_light *light = scene->backdrop;
-    return light ? fabs(light->color[0]) * shd_around_gain(light) : 0;
+/* The most, and the slope by direction in radians, of what is seen behind all objects, in the
+ * working space, whatever share of its bins is left; 0: there is no environment. */
+static inline double shd_backdrop_scale(const shd_plan *plan) {
+    const shd_light *light = plan->scene->backdrop;
+    if (!light) return 0;
+    return fabs(light->color[0]) * shd_around_gain(light) *
+           (plan->tinted ? shd_lifted_most(plan->bins) : 1);
 }
-static inline double shd_backdrop_most(const shd_scene *scene) {
-    return scene->backdrop ? shd_backdrop_scale(scene) * scene->backdrop->seen->most : 0;
+static inline double shd_backdrop_most(const shd_plan *plan) {
+    const shd_light *light = plan->scene->backdrop;
+    return light ? shd_backdrop_scale(plan) * light->seen->most : 0;
 }
-static inline double shd_backdrop_slope(const shd_scene *scene) {
-    return scene->backdrop ? shd_backdrop_scale(scene) * scene->backdrop->seen->slope : 0;
+static inline double shd_backdrop_slope(const shd_plan *plan) {
+    const shd_light *light = plan->scene->backdrop;
+    return light ? shd_backdrop_scale(plan) * light->seen->slope : 0;
 }

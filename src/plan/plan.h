@@ -195,6 +195,9 @@ typedef struct shd_plan {
     /* [scene->material_count][SHD_ENVIRONMENTS_MOST][1 + max_lobes]: of the diffuse term and the
      * lobes under each environment; NULL: all are summed by quadrature, as in the exact tier. */
     const shd_glow *glows;
+    /* [SHD_ENVIRONMENTS_MOST]: the maps of environments in blocks (shade/moments.h), where a term
+     * has no table. NULL: there is none. */
+    const struct shd_moments *const *moments;
     const shd_bins *bins; /* the channels of spectral scenes; NULL: RGB */
     /* Whether rays carry bins, because coefficients of a spectral scene's rays are colored. Others
      * multiply all bins alike, and so a color. */
@@ -299,6 +302,10 @@ static inline bool shd_is_all(const double *values, size_t count, double value) 
 /* The mean of red, green and blue of white light of which such shares are left in the channels that
  * rays carry. */
 double shd_mean_share(const shd_plan *plan, const double *share);
+
+/* The largest component of the color of lifted light of which each bin keeps a share of 1 at most,
+ * whose own components are 1 at most. */
+double shd_lifted_most(const shd_bins *bins);
 
 /* Fills [bins->count] with what each bin adds to a light's color. */
 void shd_light_in_bins(const shd_plan *plan, const shd_light *light, double (*out)[3]);

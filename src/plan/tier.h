@@ -81,5 +81,8 @@ static const double SHD_AREA_TOLERANCE = 1e-6;
  * Tests see less than a fifth of it. */
 static const double SHD_ENVIRONMENT_TOLERANCE = 2e-4;
 
+/* The same of lobes that are not symmetric, for which a map is walked (shade/around.h). */
+static const double SHD_AROUND_TOLERANCE = 1e-4;
+
 /* What quadrature of other models over directions may be off, of the most that a light adds. */
 static const double SHD_AREA_MODEL_TOLERANCE = 3e-5;

@@ -155,3 +155,14 @@ double shd_most_in_bins(const shd_bins *bins, const double (*of)[3]) {
     for (int c = 0; c < 3; c++) most = shd_larger(sum[c], most);
     return most;
 }
+
+double shd_lifted_most(const shd_bins *bins) {
+    double lifted[3][SHD_BINS_MOST], sum[3] = {0};
+    for (int k = 0; k < 3; k++)
+        shd_bins_lift(bins, (const double[3]){k == 0, k == 1, k == 2}, lifted[k]);
+    for (size_t b = 0; b < bins->count; b++)
+        for (int c = 0; c < 3; c++)
+            sum[c] += (fabs(lifted[0][b]) + fabs(lifted[1][b]) + fabs(lifted[2][b])) *
+                      fabs(bins->white[b][c]);
+    return shd_larger(sum[0], shd_larger(sum[1], sum[2]));
+}

@@ -16,3 +16,8 @@ enum { SHD_GLOW_BYTES = 96 << 20 };
  * SHD_CROWDED, SHD_EXHAUSTED, SHD_MEMORY. */
 shd_status shd_rendering_glows(shd_rendering *r, const shd_plan *draft, const shd_glow **out,
                                shd_error *error);
+
+/* The maps of a draft's environments in blocks (shade/moments.h), kept like tables: see
+ * shd_plan.moments. *out is NULL if no term is walked for. The same errors. */
+shd_status shd_rendering_moments(shd_rendering *r, const shd_plan *draft,
+                                 const struct shd_moments *const **out, shd_error *error);

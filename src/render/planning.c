@@ -28,12 +28,15 @@ static shd_status add_glows(shd_rendering *r, shd_arena *arena, const shd_plan *
                             shd_error *error) {
     const shd_glow *glows = NULL;
     if (!r) return SHD_OK;
-    const shd_status status = shd_rendering_glows(r, *draft, &glows, error);
-    if (status != SHD_OK || !glows) return status;
+    const struct shd_moments *const *moments;
+    shd_status status = shd_rendering_glows(r, *draft, &glows, error);
+    if (status == SHD_OK) status = shd_rendering_moments(r, *draft, &moments, error);
+    if (status != SHD_OK || (!glows && !moments)) return status;
     shd_plan *plan = shd_arena_alloc(arena, 1, sizeof *plan);
     if (!plan) return SHD_MEMORY;
     *plan = **draft;
     plan->glows = glows;
+    plan->moments = moments;
     *draft = plan;
     return SHD_OK;
 }

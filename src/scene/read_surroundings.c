@@ -95,8 +95,6 @@ static void find_colors(shd_reader *r, const shd_node *node, shd_light *light) {
 }
 
 void shd_finish_surroundings(shd_reader *r, const shd_node *node, shd_light *light) {
-    if (r->scene->spectral.channels)
-        shd_wrong(r, node, "a spectral scene has no environment: its map has no spectrum");
     find_colors(r, node, light);
     if (light->map && light->visible) light->seen = find_seen(r, node, light->map);
 }
@@ -116,9 +114,9 @@ void shd_check_surroundings(shd_reader *r, const shd_node *root) {
         if (count > 1) continue;
         for (size_t m = 0; m < scene->material_count; m++) {
             const shd_material *material = &scene->materials[m];
-            if (material->model == SHD_MODEL_PHONG) continue;
+            if (material->model != SHD_MODEL_WESTIN) continue;
             shd_wrong(r, &at,
-                      "an environment lights Phong's materials only, and the material \"%s\" is %s",
+                      "an environment lights no microgeometry, and the material \"%s\" is %s",
                       shd_quote(material->name).text, shd_model_names[material->model]);
             break;
         }

@@ -229,3 +229,12 @@ double shd_surroundings_most(const shd_surroundings *map, double exponent) {
     }
     return sum * 2 / (exponent + 1) * (1 + 1e-12);
 }
+
+double shd_surroundings_brightest(const shd_surroundings *map, double angle) {
+    double sum = 0, left = fmin(angle, 2 * SHD_PI);
+    for (int k = 0; k < SHD_SURROUNDINGS_LEVELS && left > 0; k++) {
+        sum += map->levels[k] * fmin(map->angles[k], left);
+        left -= map->angles[k];
+    }
+    return sum * (1 + 1e-12);
+}

@@ -64,3 +64,7 @@ bool shd_surroundings_measure(shd_surroundings *map, bool levels, const atomic_b
 /* What (x.W)+^exponent makes of any map of these levels, at most, whatever W: the integral over the
  * sphere, divided by pi. */
 double shd_surroundings_most(const shd_surroundings *map, double exponent);
+
+/* The most that any part of the map of this solid angle, no larger than a half sphere, shines: the
+ * integral of the brightest radiance of any channel. */
+double shd_surroundings_brightest(const shd_surroundings *map, double angle);

@@ -4,10 +4,8 @@
 
 #include "plan/peaks.h"
 #include "shade/area.h"
-#include "shade/backdrop.h"
-#include "shade/environment.h"
 #include "shade/exact.h"
-#include "shade/prefilter.h"
+#include "shade/surrounded.h"
 #include "shade/ways.h"
 #include "shade/westin_table.h"
 
@@ -154,36 +152,13 @@ static bool weigh_shape(const shd_plan *plan, const shd_lighting *kernels, const
     return true;
 }
 
-/* A term of Phong's model: by a table if the plan has one. */
-static void weigh_around(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
-                         size_t term, double row[3]) {
-    const shd_light *from = light->environment;
-    const shd_glow *glow = shd_find_glow(plan, at->material, light, term);
-    const shd_vec3 normal = shd_to_map(from, at->normal),
-                   toward = term ? shd_to_map(from, at->mirror) : normal;
-    double sum[3];
-    if (glow)
-        shd_prefilter_weigh(glow->table, toward, term ? &normal : NULL, sum);
-    else
-        shd_environment_integrate(from->map, term ? at->material->lobes[term - 1].shininess : 1,
-                                  toward, normal, sum);
-    shd_from_map(from, sum, row);
-}
-
-/* An environment lights Phong's materials only. */
-static bool weigh_environment(const shd_plan *plan, const shd_plan_light *light,
-                              const shd_surface *at, double row[SHD_BRDF_ROWS]) {
-    const shd_plan_material *m = at->material;
-    for (int c = 0; c < 3; c++) row[c] = 0;
-    for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++)
-        weigh_around(plan, light, at, t, row + 3 * t);
-    return true;
-}
-
 bool shd_weigh_extended(const shd_plan *plan, const shd_lighting *kernels,
                         const shd_plan_light *light, const shd_surface *at,
                         double row[SHD_BRDF_ROWS]) {
-    if (light->environment) return weigh_environment(plan, light, at, row);
+    if (light->environment) {
+        shd_weigh_environment(plan, kernels, light, at, row);
+        return true;
+    }
     if (light->shape) return weigh_shape(plan, kernels, light->shape, at, row);
     shd_vec3 toward;
     const double factor = shd_arriving(light, at->position, &toward);
@@ -241,13 +216,42 @@ static void add_facets(const shd_plan *plan, const shd_lighting *kernels,
     }
 }
 
+/* Lobes that an environment lights bin by bin: adds the light of each to out[bins][3]. */
+static void spread_around(const shd_plan *plan, const shd_lighting *kernels,
+                          const shd_plan_light *light, const shd_surface *at, size_t k,
+                          const double *share, double (*out)[3]) {
+    const size_t bins = plan->bins->count;
+    double by[SHD_BINS_MOST] = {0};
+    shd_weigh_environment_bins(plan, kernels, light, at, k, by);
+    for (size_t b = 0; b < bins; b++) {
+        const double lit = by[b] * at->material->bins[(1 + k) * bins + b] * (share ? share[b] : 1);
+        for (size_t c = 0; c < 3; c++) out[b][c] += lit * light->bins[b][c];
+    }
+}
+
+static void add_around(const shd_plan *plan, const shd_lighting *kernels,
+                       const shd_plan_light *light, const shd_surface *at, const double share[3],
+                       double *sums) {
+    double spread[SHD_BINS_MOST][3], lit[3];
+    for (size_t k = 0; k < at->material->lobe_count; k++) {
+        memset(spread, 0, plan->bins->count * sizeof *spread);
+        spread_around(plan, kernels, light, at, k, NULL, spread);
+        shd_bins_mix(plan->bins->count, NULL, (const double(*)[3])spread, lit);
+        for (size_t c = 0; c < 3; c++) sums[3 + 3 * k + c] += lit[c] * share[c];
+    }
+}
+
 void shd_color_extended(const shd_plan *plan, const shd_lighting *kernels,
                         const shd_plan_light *light, const shd_surface *at,
                         const double row[SHD_BRDF_ROWS], const double share[3], double *sums) {
-    const bool facets = at->material->indices;
+    const bool around = shd_is_by_bins(plan, light, at->material);
+    const bool facets = around || at->material->indices;
     for (size_t k = 0; k < (facets ? 1 : 1 + at->material->lobe_count); k++)
         add_term(plan, at, light, k, row + 3 * k, share, sums + 3 * k);
-    if (facets) add_facets(plan, kernels, light, at, share, sums);
+    if (around)
+        add_around(plan, kernels, light, at, share, sums);
+    else if (facets)
+        add_facets(plan, kernels, light, at, share, sums);
 }
 
 /* ---- In bins. ---- */
@@ -286,6 +290,11 @@ static void spread_light(const shd_plan *plan, const shd_plan_light *light, cons
                          double (*out)[3]) {
     const shd_plan_material *m = at->material;
     if (terms->diffuse) spread_term(plan, light, m, 0, row, share, out);
+    if (shd_is_by_bins(plan, light, m)) {
+        for (size_t k = terms->first; k < terms->end; k++)
+            spread_around(plan, NULL, light, at, k, share, out);
+        return;
+    }
     if (m->indices) {
         if (terms->first < terms->end) spread_facets(plan, light, at, terms, share, out);
         return;
@@ -392,9 +401,11 @@ static void add_to_crowd(const shd_lighting *lighting, uint32_t index, crowded *
     const shd_shadows *shadows = lighting->shadows;
     uint8_t which[SHD_CROWD];
     size_t reached = 0;
+    /* Maps are walked in vectors of directions. */
+    const shd_lighting *kernels = light->environment ? lighting : NULL;
     for (size_t i = 0; i < c->crowd.count; i++) {
         double row[SHD_BRDF_ROWS];
-        if (!reach_point(lighting, NULL, index, &c->crowd.at[i], row)) continue;
+        if (!reach_point(lighting, kernels, index, &c->crowd.at[i], row)) continue;
         for (size_t r = 0; r < c->width; r++) c->rows[reached * c->width + r] = row[r];
         which[reached++] = (uint8_t)i;
     }
@@ -408,7 +419,7 @@ static void add_to_crowd(const shd_lighting *lighting, uint32_t index, crowded *
         if (lighting->plan->tinted)
             color_shared(lighting, light, at, row, share, sums);
         else
-            shd_color_extended(lighting->plan, NULL, light, at, row, share, sums);
+            shd_color_extended(lighting->plan, kernels, light, at, row, share, sums);
     }
 }
 

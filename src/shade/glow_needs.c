@@ -1,5 +1,7 @@
 #include "shade/glow_needs.h"
 
+#include "plan/around.h"
+#include "shade/moments.h"
 #include "shade/prefilter.h"
 
 typedef struct needed_table {
@@ -27,35 +29,46 @@ static bool count_table(counting *c, const needed_table *table) {
     return true;
 }
 
-static size_t count_material(counting *c, const shd_surroundings *map, const shd_material *m) {
-    size_t summed = !count_table(c, &(needed_table){map, 1, false});
-    for (size_t k = 0; k < m->lobe_count; k++) {
-        const double *s = m->lobes[k].specular;
-        if (s[0] == 0 && s[1] == 0 && s[2] == 0) continue;
-        summed += !count_table(c, &(needed_table){map, m->lobes[k].shininess, true});
+/* What one material takes of one environment. */
+typedef struct material_needs {
+    size_t summed, walked;
+} material_needs;
+
+static material_needs count_material(counting *c, const shd_surroundings *map,
+                                     const shd_material *m, bool tables) {
+    material_needs out = {0, 0};
+    for (size_t t = 0; t < 1 + m->lobe_count; t++) {
+        const double *s = t ? m->lobes[t - 1].specular : m->diffuse;
+        if (t && s[0] == 0 && s[1] == 0 && s[2] == 0) continue;
+        const needed_table table = {map, t ? m->lobes[t - 1].shininess : 1, t > 0};
+        if (!shd_is_symmetric(m->model, t))
+            out.walked++;
+        else if (!tables || !count_table(c, &table))
+            out.summed++;
     }
-    return summed;
+    return out;
 }
 
 shd_glow_needs shd_glow_needs_of(const shd_scene *scene) {
     counting c; /* its tables are filled as they are counted */
-    c.needs = (shd_glow_needs){0, 0, 0};
+    c.needs = (shd_glow_needs){0};
     const shd_accuracy *accuracy = &scene->accuracy;
     const bool exact = !accuracy->budget && accuracy->tier == SHD_EXACT,
                shown = accuracy->budget && accuracy->metric != SHD_LINEAR; /* tables rarely do */
     for (size_t j = 0; j < scene->light_count; j++) {
         if (scene->lights[j].type != SHD_LIGHT_ENVIRONMENT) continue;
-        size_t most = 0;
+        const shd_surroundings *map = scene->lights[j].map;
+        material_needs most = {0, 0};
         for (size_t m = 0; m < scene->material_count; m++) {
             const shd_material *material = &scene->materials[m];
-            size_t terms = 1 + material->lobe_count;
-            if (!exact) {
-                const size_t summed = count_material(&c, scene->lights[j].map, material);
-                if (!shown) terms = summed;
-            }
-            if (terms > most) most = terms;
+            material_needs own = count_material(&c, map, material, !exact);
+            if (shown) own.summed = 1 + material->lobe_count - own.walked;
+            if (own.summed > most.summed) most.summed = own.summed;
+            if (own.walked > most.walked) most.walked = own.walked;
         }
-        c.needs.summed += most;
+        c.needs.summed += most.summed;
+        c.needs.walked += most.walked;
+        if (most.walked) c.needs.bytes += shd_moments_size(map);
     }
     return c.needs;
 }

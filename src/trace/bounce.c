@@ -210,18 +210,25 @@ static void add_background(path *p, const step *s) {
     const shd_plan *plan = p->b->plan;
     const shd_scene *scene = plan->scene;
     if (scene->transparent && s->straight) p->through += shd_mean_share(plan, p->weight);
-    if (plan->tinted) {
-        double color[3];
-        shd_bins_mix(p->channels, p->weight, plan->background, color);
-        for (int c = 0; c < 3; c++) p->out.radiance[c] += color[c];
-        return;
-    }
-    double behind[3];
+    double behind[3], lifted[SHD_BINS_MOST];
     memcpy(behind, scene->background, sizeof behind);
     if (scene->backdrop) {
         shd_backdrop_at(scene->backdrop, s->ray.direction, behind);
         p->out.edge |= s->stray.lost;
         p->out.error += most_of(p, p->weight) * p->b->strays->slope * s->stray.turned;
+    }
+    if (plan->tinted) {
+        const double *weight = p->weight;
+        if (scene->backdrop) {
+            shd_bins_lift(plan->bins, behind, lifted);
+            for (size_t b = 0; b < p->channels; b++) lifted[b] *= p->weight[b];
+            weight = lifted;
+        }
+        shd_bins_mix(p->channels, weight,
+                     scene->backdrop ? (const double(*)[3])plan->bins->white : plan->background,
+                     behind);
+        for (int c = 0; c < 3; c++) p->out.radiance[c] += behind[c];
+        return;
     }
     for (int c = 0; c < 3; c++) p->out.radiance[c] += p->weight[c] * behind[c];
 }

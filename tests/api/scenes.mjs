@@ -137,12 +137,10 @@ function calmScene(scene) {
         }
     }
     if (!Array.isArray(calm.lights)) return calm;
-    const others = has(calm, member("model", model => model !== "phong")) || has(calm, member("fresnel")) ||
-        has(calm, member("sigma")) || has(calm, member("microgeometry")) || has(calm, member("roughness")) ||
-        has(calm, member("preset")) || objects.some(object => typeof object.material === "string");
+    const others = has(calm, member("microgeometry")) || has(calm, member("preset")) ||
+        objects.some(object => typeof object.material === "string");
     const around = calm.lights.filter(light => light.type === "environment");
     if (around.length && others) calm.lights = calm.lights.filter(light => light.type !== "environment");
-    else if (around.length) delete calm.spectral;
     around.forEach((light, i) => {
         if (i) delete light.visible;
         if (light.map !== "studio") light.map = "sky"; /* there are no pictures */

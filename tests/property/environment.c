@@ -132,12 +132,160 @@ static void what_is_kept_knows_the_environment(void **state) {
     shd_engine_drop(keeping);
 }
 
+/* Four models around the axis, seen from `turn` degrees around it in a map that is turned as much;
+ * `tint`: of one channel of a mirror. */
+static drawn draw_models(shd_engine *engine, const char *map, const char *members, double turn,
+                         double tint) {
+    char *json = text_of(
+        "{\"image\": {\"width\": 12, \"height\": 16, \"samples\": 1}, %s, "
+        "\"trace\": {\"depth\": 2}, "
+        "\"camera\": {\"position\": [%.17g, 0, %.17g], \"fov\": 34}, \"lights\": [{\"type\": "
+        "\"environment\", \"map\": \"%s\", \"rotate\": %.17g, \"visible\": true}], \"objects\": ["
+        "{\"type\": \"sphere\", \"radius\": 0.5, \"material\": {\"model\": \"blinn-phong\", "
+        "\"diffuse\": 0.2, \"specular\": 0.6, \"shininess\": 50}}, "
+        "{\"type\": \"torus\", \"radius\": 0.8, \"tube\": 0.2, \"material\": {\"model\": "
+        "\"phong-normalized\", \"diffuse\": 0.2, \"specular\": 0.6, \"shininess\": 30}}, "
+        "{\"type\": \"torus\", \"radius\": 0.6, \"tube\": 0.2, \"material\": {\"model\": "
+        "\"cook-torrance\", \"diffuse\": 0.1, \"fresnel\": {\"n\": 2, \"k\": 3}, \"lobes\": "
+        "[{\"roughness\": 0.25}]}, \"transform\": {\"translate\": [0, 1, 0]}}, "
+        "{\"type\": \"sphere\", \"radius\": 0.4, \"material\": {\"diffuse\": 0, \"reflection\": "
+        "[0.9, 0.9, %.17g]}, \"transform\": {\"translate\": [0, 1.2, 0]}}, "
+        "{\"type\": \"cylinder\", \"radius\": 0.6, \"height\": 0.8, \"material\": {\"model\": "
+        "\"oren-nayar\", \"diffuse\": 0.7, \"sigma\": 25}, \"transform\": {\"translate\": "
+        "[0, -1, 0]}}]}",
+        members, 5 * sin(turn * (3.14159265358979 / 180)), 5 * cos(turn * (3.14159265358979 / 180)),
+        map, turn, tint);
+    drawn d = shown_film_of(engine, json);
+    free(json);
+    return d;
+}
+
+/* They are lit alike in all tiers but for tables of diffuse light, and turn with the map. */
+static void other_models_are_lit_as_told(void **state) {
+    drawn exact = draw_models(*state, "studio", "\"accuracy\": {\"tier\": \"exact\"}", 0, 0.9),
+          standard =
+              draw_models(*state, "studio", "\"accuracy\": {\"tier\": \"standard\"}", 0, 0.9),
+          turned = draw_models(*state, "studio", "\"accuracy\": {\"tier\": \"exact\"}", 70, 0.9);
+    const shd_bound a = exact.request->rendering.plan->bound,
+                    b = standard.request->rendering.plan->bound;
+    const double off = largest_difference(&exact, &standard),
+                 beside = largest_difference(&exact, &turned);
+    print_message("models: off %.1e, turned %.1e, told %.1e and %.1e\n", off, beside, a.linear,
+                  b.linear);
+    assert_true(off > 0 && off <= a.linear + b.linear && off < 2e-3);
+    assert_true(measured(&exact, &standard).code.max <= 1);
+    assert_true(beside < 1e-3);
+    drop_drawn(&turned);
+    drop_drawn(&standard);
+    drop_drawn(&exact);
+}
+
+/* White light and what is grey make the round trip through a spectrum, and a colored map comes back
+ * from grey surfaces; so it does where rays carry bins, as of a mirror that is hardly colored. */
+static void spectra_keep_what_is_grey(void **state) {
+    static const char *const maps[] = {"studio", "sky"};
+    for (int k = 0; k < 2; k++) {
+        drawn rgb = draw_models(*state, maps[k], "\"spectral\": false", 0, 0.9),
+              grey = draw_models(*state, maps[k], "\"spectral\": true", 0, 0.9),
+              tinted = draw_models(*state, maps[k], "\"spectral\": true", 0, 0.9 - 1e-9);
+        assert_false(grey.request->rendering.plan->tinted);
+        assert_true(tinted.request->rendering.plan->tinted);
+        print_message("%s: grey %.1e, tinted %.1e\n", maps[k], largest_difference(&rgb, &grey),
+                      largest_difference(&grey, &tinted));
+        assert_true(largest_difference(&rgb, &grey) < 2e-5);
+        assert_true(largest_difference(&grey, &tinted) < 2e-5);
+        assert_true(tinted.request->rendering.plan->bound.linear >=
+                    grey.request->rendering.plan->bound.linear);
+        drop_drawn(&tinted);
+        drop_drawn(&grey);
+        drop_drawn(&rgb);
+    }
+}
+
+/* Facets whose index changes with the wavelength mirror each bin of the map by itself: of an even
+ * part of a grey map as much of each as of a light. */
+static void metals_mirror_a_map_by_bins(void **state) {
+    static const char *const lights[] = {
+        "{\"type\": \"environment\", \"map\": \"studio\"}",
+        "{\"type\": \"directional\", \"direction\": [0, 0, -1], \"color\": 3}"};
+    double ratio[2][3];
+    for (int k = 0; k < 2; k++) {
+        double color[2][3];
+        for (int spectral = 0; spectral < 2; spectral++) {
+            char *json = text_of(
+                "{\"image\": {\"width\": 1, \"height\": 1, \"samples\": 1}, \"lights\": [%s], "
+                "\"spectral\": %s, \"objects\": [{\"type\": \"sphere\", \"material\": {\"model\": "
+                "\"cook-torrance\", \"diffuse\": 0, \"fresnel\": {\"n\": \"gold\", \"k\": "
+                "\"gold\"}, "
+                "\"lobes\": [{\"roughness\": 0.2}]}}]}",
+                lights[k], spectral ? "true" : "false");
+            drawn d = shown_film_of(*state, json);
+            for (int c = 0; c < 3; c++) color[spectral][c] = (double)d.film.rgba[c];
+            drop_drawn(&d);
+            free(json);
+        }
+        for (int c = 0; c < 3; c++) ratio[k][c] = color[1][c] / color[0][c];
+    }
+    for (int c = 0; c < 3; c++) {
+        print_message("channel %d: %.4f of RGB, and of a light %.4f\n", c, ratio[0][c],
+                      ratio[1][c]);
+        assert_true(fabs(ratio[0][c] / ratio[1][c] - 1) < 5e-3);
+    }
+    assert_true(fabs(ratio[0][2] - 1) > 1e-2);
+}
+
+/* The color in the middle of a picture that looks from the origin along `toward`, in which a thing
+ * stands or not. */
+static void look_at_map(shd_engine *engine, const char *toward, const char *visible,
+                        const char *thing, double color[3]) {
+    char *json = text_of(
+        "{\"image\": {\"width\": 1, \"height\": 1, \"samples\": 1}, \"accuracy\": {\"tier\": "
+        "\"exact\"}, \"background\": [0.25, 0.5, 0.75], \"trace\": {\"depth\": 6}, "
+        "\"camera\": {\"position\": [0, 0, 0], \"target\": %s, \"up\": [1, 0.1, 0.2], \"fov\": "
+        "0.2}, "
+        "\"lights\": [{\"type\": \"environment\", \"map\": \"studio\", \"rotate\": 3, "
+        "\"visible\": "
+        "%s}], \"objects\": [%s]}",
+        toward, visible, thing);
+    drawn d = shown_film_of(engine, json);
+    for (int c = 0; c < 3; c++) color[c] = (double)d.film.rgba[c];
+    drop_drawn(&d);
+    free(json);
+}
+
+/* A mirror at 45 degrees shows what is above; a ball of an index of 1 and air show what is behind;
+ * of a map that is not visible they show the background, and black coefficients nothing of either.
+ */
+static void mirrors_and_glass_show_the_map(void **state) {
+    static const char
+        far[] = "{\"type\": \"sphere\", \"transform\": {\"translate\": [0, -900, 0]}}",
+        mirror[] = "{\"type\": \"disc\", \"material\": {\"diffuse\": 0, \"reflection\": 1}, "
+                   "\"transform\": {\"rotate\": [45, 0, 0], \"translate\": [0, 0, -3]}}",
+        glass[] = "{\"type\": \"sphere\", \"material\": {\"diffuse\": 0, \"transmission\": 1, "
+                  "\"ior\": 1}, \"transform\": {\"translate\": [0, 0, -3]}}";
+    static const double background[3] = {0.25, 0.5, 0.75};
+    double above[3], ahead[3], seen[3];
+    look_at_map(*state, "[0, 1, 0]", "true", far, above);
+    look_at_map(*state, "[0, 0, -1]", "true", far, ahead);
+    assert_true(fabs(above[0] - ahead[0]) > 0.5);
+    for (int visible = 0; visible < 2; visible++)
+        for (int thing = 0; thing < 3; thing++) {
+            look_at_map(*state, "[0, 0, -1]", visible ? "true" : "false",
+                        thing == 0   ? far
+                        : thing == 1 ? mirror
+                                     : glass,
+                        seen);
+            const double *wanted = !visible ? background : thing == 1 ? above : ahead;
+            for (int c = 0; c < 3; c++) assert_true(fabs(seen[c] - wanted[c]) < 1e-3);
+        }
+}
+
 /* What an environment cannot be in is told of the light. */
 static void what_it_cannot_light_is_refused(void **state) {
     static const char *const members[] = {
-        "\"objects\": [{\"type\": \"sphere\", \"material\": {\"model\": \"oren-nayar\"}}]",
-        "\"spectral\": true, \"objects\": [{\"type\": \"sphere\"}]"};
-    for (int k = 0; k < 2; k++) {
+        "\"objects\": [{\"type\": \"sphere\", \"material\": {\"model\": \"westin\", "
+        "\"microgeometry\": {\"type\": \"grooves\"}}}]"};
+    for (int k = 0; k < 1; k++) {
         char *json = text_of("{\"lights\": [{\"type\": \"environment\", \"map\": \"sky\"}], %s}",
                              members[k]);
         shd_request *request = NULL;
@@ -191,6 +339,10 @@ int main(void) {
         cmocka_unit_test(a_whole_turn_changes_nothing),
         cmocka_unit_test(layers_add_up),
         cmocka_unit_test(what_is_kept_knows_the_environment),
+        cmocka_unit_test(other_models_are_lit_as_told),
+        cmocka_unit_test(spectra_keep_what_is_grey),
+        cmocka_unit_test(metals_mirror_a_map_by_bins),
+        cmocka_unit_test(mirrors_and_glass_show_the_map),
         cmocka_unit_test(what_it_cannot_light_is_refused),
         cmocka_unit_test(work_counts_tables_and_quadrature),
     };

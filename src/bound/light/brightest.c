@@ -26,7 +26,7 @@ static void add_term(const shd_plan *plan, const shd_plan_material *m, const shd
     for (int c = 0; c < 3; c++) by[c] = fabs(color[c] * light->color[c]);
     if (plan->bins) shd_term_most(plan, m, light, term, by);
     if (light->environment)
-        weight = shd_around_most(light->environment, term ? m->lobes[term - 1].shininess : 1);
+        weight = shd_around_most_of(light->environment, m, term, INFINITY);
     else if (light->shape)
         weight = shd_shape_most(light->shape, &peak, shd_shape_distance(place, light->shape));
     else if (light->directional)
@@ -60,7 +60,7 @@ static double brightest_of(const shd_plan *plan, size_t index) {
  * largest of local / (1 - s) and the background. */
 double shd_brightest(const shd_plan *plan) {
     const shd_scene *scene = plan->scene;
-    double local = 0, on = 0, behind = shd_backdrop_most(scene);
+    double local = 0, on = 0, behind = shd_backdrop_most(plan);
     for (int c = 0; c < 3 && !scene->transparent; c++)
         behind = shd_larger(behind, fabs(scene->background[c]));
     for (size_t i = 0; i < scene->object_count; i++) {
@@ -70,7 +70,9 @@ double shd_brightest(const shd_plan *plan) {
         for (size_t c = 0; c < k.count && scene->trace.depth; c++)
             on = shd_larger(on, fabs(k.reflection[c]) + fabs(k.transmission[c]));
     }
-    if (plan->tinted) behind = shd_most_in_bins(plan->bins, plan->background);
+    if (plan->tinted)
+        behind =
+            shd_larger(shd_backdrop_most(plan), shd_most_in_bins(plan->bins, plan->background));
     if (!(on < 1) || plan->beyond) return local > 0 || behind > 0 ? INFINITY : 0;
     const double most = shd_larger(local / (1 - on), behind);
     return most < 1e37 ? most : INFINITY;

@@ -162,7 +162,7 @@ static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *
     if (light->environment) {
         shd_glance g = {.lit = {.nearest = INFINITY}};
         see_piece(f, piece, light, &g);
-        shd_add_environment(sums, light, shd_smaller(g.direction, 2));
+        shd_add_environment(sums, light, &g);
         return;
     }
     if (light->shape) {
@@ -307,8 +307,7 @@ static double picture_error(const shd_plan *plan, bool estimated, const double *
     const shd_scene *scene = plan->scene;
     const double rounding = rounding_of(plan), behind = shd_background_most(plan);
     /* Rays of the eye have their directions to within rounding. */
-    shd_brought all = {behind,
-                       rounding * behind + SHD_WEIGHT_DIRECTION * shd_backdrop_slope(scene)};
+    shd_brought all = {behind, rounding * behind + SHD_WEIGHT_DIRECTION * shd_backdrop_slope(plan)};
     for (size_t i = 0; i < scene->object_count; i++)
         shd_add_beyond(plan, i, look_at(plan, i, estimated, noise, rounding), beyond, &all);
     const double error = divided_by_alpha(plan, all);

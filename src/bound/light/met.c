@@ -53,7 +53,7 @@ static void add_light(shd_lit_errors *f, const met_place *at, const shd_plan_lig
                                               : shd_least_distance(&f->place, light->position);
     see_anywhere(f, at, light, nearest, &g);
     if (light->environment)
-        shd_add_environment(f, light, g.direction);
+        shd_add_environment(f, light, &g);
     else if (light->shape)
         shd_add_drifted_shape(f, light, &g);
     else
@@ -110,8 +110,8 @@ static shd_brought meet_drifted(const shd_plan *plan, size_t index, const shd_ex
 /* Rays that meet nothing: `turned` is how far off their directions are. */
 static shd_brought meet_nothing(const shd_plan *plan, double turned, double rounding) {
     const double most = shd_background_most(plan);
-    return (shd_brought){most, rounding * most +
-                                   shd_smaller(shd_backdrop_slope(plan->scene) * turned, most)};
+    return (shd_brought){most,
+                         rounding * most + shd_smaller(shd_backdrop_slope(plan) * turned, most)};
 }
 
 bool shd_lets_through(const shd_plan *plan, size_t object) {
@@ -142,8 +142,8 @@ void shd_add_beyond(const shd_plan *plan, size_t object, shd_brought local,
 
 double shd_background_most(const shd_plan *plan) {
     const shd_scene *scene = plan->scene;
-    double most = shd_backdrop_most(scene);
-    if (plan->tinted) return shd_most_in_bins(plan->bins, plan->background);
+    double most = shd_backdrop_most(plan);
+    if (plan->tinted) return shd_larger(most, shd_most_in_bins(plan->bins, plan->background));
     for (int c = 0; c < 3 && !scene->transparent; c++)
         most = shd_larger(most, fabs(scene->background[c]));
     return most;
@@ -229,7 +229,7 @@ static void fill_stray(const shd_plan *plan, size_t index, const shd_extent *ext
 void shd_fill_strays(const shd_plan *plan, double rounding, shd_strays *out) {
     const shd_scene *scene = plan->scene;
     const shd_extent extent = shd_extent_of(plan);
-    out->slope = shd_backdrop_slope(scene);
+    out->slope = shd_backdrop_slope(plan);
     out->wide = extent.wide;
     out->far = 4 * extent.wide;
     for (size_t j = 0; j < plan->light_count; j++)

@@ -34,7 +34,8 @@ static product product_of(const shd_plan *plan, const shd_plan_material *m,
     const double *sum = shd_term_color(plan, m, light, term, scratch);
     shd_term_most(plan, m, light, term, most);
     for (int c = 0; c < 3; c++) {
-        const bool apart = plan->tinted || m->textures /* whose colors are any up to these */ ||
+        const bool apart = plan->tinted || light->environment ||
+                           m->textures /* whose colors are any up to these */ ||
                            (term && m->model == SHD_MODEL_COOK_TORRANCE);
         p.most[c] = apart ? most[c] : fabs(sum[c]);
         p.error[c] = SUM * most[c];
@@ -121,19 +122,45 @@ void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light, const shd_sta
     }
 }
 
+/* A weight of light from everywhere is off by no more than that of light from any one direction,
+ * times all that the map shines on a half sphere. Facets' has no limit where the view grazes, but
+ * their whole has. */
+static void add_walked(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g,
+                       size_t term, product p) {
+    const shd_light *from = light->environment;
+    const bool facets = f->material->model == SHD_MODEL_COOK_TORRANCE;
+    shd_glance any = *g;
+    any.lit = (shd_lit){
+        .nearest = INFINITY, .facing_high = 1, .shine_high = 1, .factor_high = 1, .fall_high = 1};
+    any.half = g->view / 2; /* |L + V| / 2 is no less where the light is before the surface */
+    const shd_weight w = shd_weight_of(f->material, term, &any, f->plan->scene->light_count);
+    const double most = shd_around_most_of(from, f->material, term, w.most),
+                 turned = facets ? shd_around_gain(from) * from->map->most *
+                                       shd_facets_turned(f->material, term - 1, &any)
+                                 : w.error * shd_around_most(from, 0);
+    /* Neither is below 0, nor above the most by more than the tolerance. */
+    add_product(f, p, most, SHD_AROUND_TOLERANCE * most + shd_smaller(turned, most));
+}
+
 /* Neither what is computed nor what should be is below 0, or above the most. */
-void shd_add_environment(shd_lit_errors *f, const shd_plan_light *light, double off) {
+void shd_add_environment(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g) {
     const shd_plan_material *m = f->material;
     const shd_light *from = light->environment;
     for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
         const double *color = t ? m->lobes[t - 1].specular : m->diffuse;
+        const product p = product_of(f->plan, m, light, t, color);
+        if (!shd_is_symmetric(m->model, t)) {
+            add_walked(f, light, g, t, p);
+            continue;
+        }
         const double exponent = t ? m->lobes[t - 1].shininess : 1,
                      most = shd_around_most(from, exponent);
         const shd_glow *glow = shd_find_glow(f->plan, m, light, t);
         const double summed =
             glow ? shd_around_gain(from) * glow->error : SHD_ENVIRONMENT_TOLERANCE * most;
-        const double error = summed + shd_around_turned(from, exponent, off);
-        add_product(f, product_of(f->plan, m, light, t, color), most, shd_smaller(error, most));
+        const double error =
+            summed + shd_around_turned(from, exponent, shd_smaller(g->direction, 2));
+        add_product(f, p, most, shd_smaller(error, most));
     }
 }
 

@@ -26,8 +26,9 @@ void shd_add_narrow_terms(shd_lit_errors *f, const shd_plan_light *light, const 
 /* Adds a light with a shape, as seen from points that are where they should be. */
 void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light, const shd_stance *at);
 
-/* Adds an environment, as seen where directions are off by `off`. */
-void shd_add_environment(shd_lit_errors *f, const shd_plan_light *light, double off);
+/* Adds an environment, whose light comes from everywhere: of the glance only what tells of the view
+ * counts. */
+void shd_add_environment(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g);
 
 /* Adds what the share of a light with a shape is off by that shadows leave, where directions to its
  * points, lengths and normals are off by `off` together. */

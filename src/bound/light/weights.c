@@ -124,6 +124,21 @@ static shd_weight weigh_facets(double index, double mirrored, double slope, cons
                             4};
 }
 
+/* Over dw = 4 h dw_H the weight F D g / 4 is F D g h, and the whole of any D that depends on the
+ * angle of H alone is what its product with N.H has, as in plan/peaks.c. H errs by `turned`. With t
+ * the tangent of that angle and E the mean over e^(-t^2 / m^2) 2 t dt / m^2:
+ * - D errs by D (2 t (1 + t^2) / m^2 + 4 t), whose whole is sqrt(pi) (1 / m + 3.5 m);
+ * - F by 8 (1 + n^2 + k^2), as above;
+ * - g, which is the least of 1 / v, 2 u / h and 2 u c / (h v), by 1 / v of itself, and 1 / h,
+ * twice; by u 2 / h twice, and by c 2 / h^2, of which the whole of D 2 / h times h is 2 E[sqrt(1 +
+ * t^2)]
+ *   <= 2 (1 + m). Twice their sum holds what slopes are beside the point. */
+double shd_facets_turned(const shd_plan_material *m, size_t lobe, const shd_glance *g) {
+    const double r = m->lobes[lobe].shininess, turned = half_error(g);
+    return turned * (sqrt(SHD_PI) * (1 / r + 3.5 * r) + 8 * (1 + index_of(m)) + 18 * (1 + r)) +
+           SHD_WEIGHT_FUNCTION / (r * r);
+}
+
 /* A product of quadratic splines over nodes that are 90/16 degrees of rise and 360/32 of turn
  * apart, in both directions. The derivative of such a spline along one coordinate is a mean of
  * differences of nodes that are neighbors along it, so that over a distance of nodes it changes by

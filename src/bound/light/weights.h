@@ -34,3 +34,7 @@ typedef struct shd_weight {
 /* Of term 0, the diffuse one, or 1 + lobe. `lights`: how many the scene has. */
 shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glance *g,
                          size_t lights);
+
+/* By how much the integral of a facets' lobe over all directions before the surface, times light of
+ * 1 at most, errs where directions do by g->direction: 1 / pi of it, wherever light comes from. */
+double shd_facets_turned(const shd_plan_material *m, size_t lobe, const shd_glance *g);

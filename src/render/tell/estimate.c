@@ -80,7 +80,8 @@ uint64_t shd_estimate_work(const shd_scene *scene) {
         MESH_TRIANGLE = 8,
         AREA = 500,
         AROUND = 200,
-        SUMMED = 200000 /* an environment's term by quadrature */
+        SUMMED = 200000, /* an environment's term by quadrature */
+        WALKED = 40000   /* and by walking the map */
     };
     const uint64_t pixels = pixels_of(scene);
     uint64_t samples = mul_sat(pixels, (uint64_t)scene->raster.samples), triangles = 0, layers = 0;
@@ -96,7 +97,9 @@ uint64_t shd_estimate_work(const shd_scene *scene) {
             a_sample = add_sat(a_sample, AREA);
         else if (scene->lights[j].type == SHD_LIGHT_ENVIRONMENT)
             a_sample = add_sat(a_sample, AROUND);
-    a_sample = add_sat(a_sample, mul_sat(SUMMED, shd_glow_needs_of(scene).summed));
+    const shd_glow_needs around = shd_glow_needs_of(scene);
+    a_sample =
+        add_sat(a_sample, add_sat(mul_sat(SUMMED, around.summed), mul_sat(WALKED, around.walked)));
     if (scene->accuracy.tier == SHD_EXACT) a_sample = mul_sat(a_sample, DOUBLE_PRECISION);
     return add_sat(shd_estimate_planning(scene),
                    add_sat(add_sat(mul_sat(samples, a_sample),

@@ -66,6 +66,11 @@ const char *shd_around_method(const shd_plan *plan, uint32_t j, double *off) {
         if (!reaches(&plan->objects[i], j)) continue;
         for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
             const shd_glow *glow = shd_find_glow(plan, m, light, t);
+            if (!shd_is_symmetric(m->model, t)) {
+                tables = false;
+                *off = shd_larger(SHD_AROUND_TOLERANCE, *off);
+                continue;
+            }
             const double exponent = t ? m->lobes[t - 1].shininess : 1,
                          most = shd_surroundings_most(light->environment->map, exponent);
             tables &= glow != NULL;

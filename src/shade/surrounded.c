@@ -1,0 +1,119 @@
+#include "shade/surrounded.h"
+
+#include <string.h>
+
+#include "plan/around.h"
+#include "shade/around.h"
+#include "shade/backdrop.h"
+#include "shade/environment.h"
+#include "shade/prefilter.h"
+#include "shade/ways.h"
+
+/* A term of Phong's model: by a table if the plan has one. */
+static void weigh_symmetric(const shd_plan *plan, const shd_plan_light *light,
+                            const shd_surface *at, size_t term, double row[3]) {
+    const shd_light *from = light->environment;
+    const shd_glow *glow = shd_find_glow(plan, at->material, light, term);
+    const shd_vec3 normal = shd_to_map(from, at->normal),
+                   toward = term ? shd_to_map(from, at->mirror) : normal;
+    double sum[3];
+    if (glow)
+        shd_prefilter_weigh(glow->table, toward, term ? &normal : NULL, sum);
+    else
+        shd_environment_integrate(from->map, term ? at->material->lobes[term - 1].shininess : 1,
+                                  toward, normal, sum);
+    shd_from_map(from, sum, row);
+}
+
+/* What kernels do, without vectors. */
+static void sum_by_one(const void *context, const shd_ways *ways, double (*out)[SHD_WAY_SUMS]) {
+    const shd_surface *at = ((const shd_way_point *)context)->at;
+    const size_t rows = 3 + 3 * at->material->lobe_count;
+    double row[SHD_BRDF_ROWS];
+    for (size_t i = 0; i < ways->points; i++) {
+        const shd_vec3 toward = {ways->toward[0][i], ways->toward[1][i], ways->toward[2][i]};
+        if (!shd_brdf_weigh(at, toward, row)) continue;
+        for (size_t r = 0; r < rows; r++)
+            for (int k = 0; k < ways->sums; k++) out[r][k] += ways->weight[k][i] * row[r];
+    }
+}
+
+/* The point as it would be with one term alone, in the map's frame. Writes what each channel of the
+ * working space makes of each channel of the term: out[map's][term's]. */
+static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
+                      const shd_plan_light *light, const shd_surface *at, size_t term,
+                      double out[3][3]) {
+    static shd_area_sum_function *const sums[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sum_ways);
+    const shd_light *from = light->environment;
+    const size_t material = (size_t)(at->material - plan->materials);
+    shd_plan_material alone = *at->material;
+    shd_surface here = *at;
+    alone.lobes = term ? at->material->lobes + term - 1 : NULL;
+    alone.lobe_count = term > 0;
+    here.material = &alone;
+    here.sharp = NULL;
+    here.normal = shd_to_map(from, at->normal);
+    here.view = shd_to_map(from, at->view);
+    here.mirror = shd_to_map(from, at->mirror);
+    shd_way_point point = {.at = &here};
+    if (kernels && kernels->energies[material])
+        point.energies = kernels->energies[material] + (term ? term - 1 : 0);
+    const shd_around_function f = {kernels ? sums[plan->isa] : sum_by_one, &point,
+                                   3 + 3 * (term > 0)};
+    const shd_around_lobe lobe = {alone.model, term ? alone.lobes[0].shininess : 0, here.normal,
+                                  here.view, here.mirror};
+    double all[6][SHD_WAY_SUMS];
+    memset(all, 0, sizeof all);
+    shd_around_sum(from->map, plan->moments ? plan->moments[light->around] : NULL, &lobe, &f, all);
+    for (size_t c = 0; c < 3; c++) {
+        double rgb[3];
+        shd_from_map(from, all[term ? 3 + c : c], rgb);
+        for (int k = 0; k < 3; k++) out[k][c] = rgb[k];
+    }
+}
+
+/* Lifting is linear: light of one channel of the working space in each bin. */
+static void lift_channels(const shd_bins *bins, double out[3][SHD_BINS_MOST]) {
+    for (int k = 0; k < 3; k++)
+        shd_bins_lift(bins, (const double[3]){k == 0, k == 1, k == 2}, out[k]);
+}
+
+void shd_weigh_environment_bins(const shd_plan *plan, const shd_lighting *kernels,
+                                const shd_plan_light *light, const shd_surface *at, size_t k,
+                                double *out) {
+    const shd_plan_material *m = at->material;
+    const size_t bins = plan->bins->count;
+    shd_surface here = *at;
+    double lifted[3][SHD_BINS_MOST], by[3][3];
+    lift_channels(plan->bins, lifted);
+    if (!m->indices) walk_term(plan, kernels, light, &here, 1 + k, by);
+    for (size_t b = 0; b < bins && !shd_is_cancelled(plan->cancelled); b++) {
+        here.index = m->indices ? &m->indices[b / 3] : NULL;
+        if (m->indices && b % 3 == 0) walk_term(plan, kernels, light, &here, 1 + k, by);
+        out[b] = 0;
+        for (int from = 0; from < 3; from++) {
+            double mirrored = by[from][b % 3];
+            if (!m->indices)
+                mirrored = lifted[0][b] * by[from][0] + lifted[1][b] * by[from][1] +
+                           lifted[2][b] * by[from][2];
+            out[b] += lifted[from][b] * mirrored;
+        }
+    }
+}
+
+void shd_weigh_environment(const shd_plan *plan, const shd_lighting *kernels,
+                           const shd_plan_light *light, const shd_surface *at,
+                           double row[SHD_BRDF_ROWS]) {
+    const shd_plan_material *m = at->material;
+    const bool by_bins = shd_is_by_bins(plan, light, m);
+    memset(row, 0, (3 + 3 * m->lobe_count) * sizeof *row);
+    for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
+        double all[3][3];
+        if (shd_is_symmetric(m->model, t)) {
+            weigh_symmetric(plan, light, at, t, row + 3 * t);
+        } else if (!by_bins) {
+            walk_term(plan, kernels, light, at, t, all);
+            for (size_t c = 0; c < 3; c++) row[3 * t + c] = all[c][c];
+        }
+    }
+}

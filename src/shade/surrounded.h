@@ -1,0 +1,27 @@
+/* What an environment adds at a point, by any model but microgeometry. Only for shade/. */
+#pragma once
+
+#include "shade/brdf.h"
+#include "shade/packed.h"
+
+/* Whether an environment's light on the lobes has to be summed bin by bin: what facets mirror of it
+ * depends on the wavelength as its own light does. */
+static inline bool shd_is_by_bins(const shd_plan *plan, const shd_plan_light *light,
+                                  const shd_plan_material *m) {
+    return plan->bins && light->environment && m->model == SHD_MODEL_COOK_TORRANCE;
+}
+
+/* By these: what lobe k mirrors of the map in each bin, [bins->count], without the light's
+ * intensity and the lobe's color. */
+void shd_weigh_environment_bins(const shd_plan *plan, const shd_lighting *kernels,
+                                const shd_plan_light *light, const shd_surface *at, size_t k,
+                                double *out);
+
+/* The weights of all terms, but for lobes that are summed by bins, which have 0: rows are those of
+ * shd_brdf_weigh, times the map in the working space, without the light's intensity. Lambert's
+ * light and Phong's lobes are read from tables, if the plan has these, or integrated
+ * (environment.h); others are walked for (around.h), by `kernels`, or without vectors if that is
+ * NULL. */
+void shd_weigh_environment(const shd_plan *plan, const shd_lighting *kernels,
+                           const shd_plan_light *light, const shd_surface *at,
+                           double row[SHD_BRDF_ROWS]);

@@ -1,0 +1,275 @@
+/* Environments on models whose lobes are not symmetric, against sums over all texels of the same
+ * map, cut into smaller and smaller ones. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "plan/around.h"
+#include "plan/tier.h"
+#include "shade/around.h"
+#include "shade/brdf.h"
+#include "shade/ways.h"
+
+enum { HIGH = 64, WIDE = 2 * HIGH, ROWS = 6 };
+
+static double uniform(void) {
+    static uint64_t random = 7;
+    random = random * 6364136223846793005u + 1442695040888963407u;
+    return (double)(random >> 11) * 0x1p-53;
+}
+
+static shd_vec3 direction(double down, double turn) {
+    return (shd_vec3){-sin(down) * sin(turn), cos(down), sin(down) * cos(turn)};
+}
+
+/* ---- A point, and what is summed there. ---- */
+
+typedef struct place {
+    shd_material from;
+    shd_plan_lobe lobe;
+    shd_plan_material material;
+    shd_packed_energy energy;
+    shd_surface at;
+    shd_way_point ways;
+    size_t term, rows;
+} place;
+
+/* Seen with N.V = `viewing` from the side `turn`. */
+static void stand(place *p, shd_model model, double sharpness, shd_vec3 normal, double viewing,
+                  double turn) {
+    *p = (place){.from = {.fresnel = {{1.5, 0.2, 2}, {0, 3, 4}}, .sigma = sharpness},
+                 .lobe = {.shininess = sharpness}};
+    p->material = (shd_plan_material){.model = model,
+                                      .from = &p->from,
+                                      .lobes = &p->lobe,
+                                      .lobe_count = model != SHD_MODEL_OREN_NAYAR};
+    p->term = p->material.lobe_count;
+    p->rows = 3 + 3 * p->term;
+    shd_vec3 a = {1, 0, 0};
+    shd_normalize(
+        shd_cross(fabs(normal.x) < 0.5 ? (shd_vec3){1, 0, 0} : (shd_vec3){0, 1, 0}, normal), &a);
+    const shd_vec3 b = shd_cross(normal, a);
+    const double aside = sqrt((1 - viewing) * (1 + viewing));
+    shd_vec3 v = shd_scale(normal, viewing);
+    v = shd_madd(shd_madd(v, a, aside * cos(turn)), b, aside * sin(turn));
+    p->at = (shd_surface){.normal = normal, .view = v, .material = &p->material};
+    p->at.mirror = shd_sub(shd_scale(normal, 2 * shd_dot(normal, v)), v);
+    if (model == SHD_MODEL_PHONG_NORMALIZED) shd_fit_phong_energy(sharpness, &p->energy);
+    p->ways = (shd_way_point){.at = &p->at,
+                              .energies = model == SHD_MODEL_PHONG_NORMALIZED ? &p->energy : NULL};
+}
+
+/* ---- Maps. ---- */
+
+static float texels[3 * WIDE * HIGH];
+
+static shd_surroundings finish_map(void) {
+    shd_surroundings map = {.name = "made", .width = WIDE, .height = HIGH, .texels = texels};
+    assert_true(shd_surroundings_measure(&map, true, NULL));
+    return map;
+}
+
+/* The texel that a direction is in, of 10,000, and nothing else. */
+static shd_surroundings map_of_one(shd_vec3 d) {
+    const double turn = atan2(-d.x, d.z);
+    const int row = (int)fmin(acos(fmax(fmin(d.y, 1), -1)) / SHD_PI * HIGH, HIGH - 1),
+              column = (int)((turn < 0 ? turn + 2 * SHD_PI : turn) / (2 * SHD_PI) * WIDE) % WIDE;
+    memset(texels, 0, sizeof texels);
+    for (int c = 0; c < 3; c++) texels[3 * (row * WIDE + column) + c] = c == 1 ? 5e3F : 1e4F;
+    return finish_map();
+}
+
+static shd_surroundings map_of_noise(void) {
+    for (int i = 0; i < 3 * WIDE * HIGH; i++)
+        texels[i] = uniform() < 0.02 ? (float)(1e4 * uniform()) : 0.2F;
+    return finish_map();
+}
+
+/* ---- Brute force. ---- */
+
+/* One cell between the middles of texels, cut both ways. */
+static void add_cell(const shd_surroundings *map, const place *p, int i, int j, int cut,
+                     double out[ROWS][3]) {
+    const double wide = 2 * SHD_PI / map->width / cut, left = shd_cell_turn(map->width, i),
+                 top = shd_cell_down(map->height, j),
+                 high = (shd_cell_down(map->height, j + 1) - top) / cut;
+    for (int y = 0; y < cut; y++)
+        for (int x = 0; x < cut; x++) {
+            const double down = top + high * (y + 0.5), turn = left + wide * (x + 0.5);
+            const shd_vec3 l = direction(down, turn);
+            double row[SHD_BRDF_ROWS], v[3];
+            if (!shd_brdf_weigh(&p->at, l, row)) continue;
+            shd_surroundings_at(map, l, v);
+            const double by = wide * high * sin(down) / SHD_PI;
+            for (size_t r = 0; r < p->rows; r++)
+                for (int k = 0; k < 3; k++) out[r][k] += by * v[k] * row[r];
+        }
+}
+
+static bool is_dark(const shd_surroundings *map, int i, int j) {
+    for (int y = j - 1; y <= j; y++)
+        for (int x = i; x <= i + 1; x++) {
+            const int row = y < 0 ? 0 : y < map->height ? y : map->height - 1;
+            if (map->texels[3 * (row * map->width + x % map->width)] > 0) return false;
+        }
+    return true;
+}
+
+static void brute_force(const shd_surroundings *map, const place *p, int cut, double out[ROWS][3]) {
+    memset(out, 0, sizeof(double[ROWS][3]));
+    for (int j = 0; j <= map->height; j++)
+        for (int i = 0; i < map->width; i++)
+            if (!is_dark(map, i, j)) add_cell(map, p, i, j, cut, out);
+}
+
+static double differ(const place *p, double a[ROWS][3], double b[ROWS][3]) {
+    double most = 0;
+    for (size_t r = 3 * p->term; r < p->rows; r++)
+        for (int k = 0; k < 3; k++) most = fmax(most, fabs(a[r][k] - b[r][k]));
+    return most;
+}
+
+static void walk(const shd_surroundings *map, const shd_moments *moments, const place *p,
+                 double out[ROWS][3]) {
+    const shd_around_function f = {shd_sum_ways_portable, &p->ways, p->rows};
+    const shd_around_lobe lobe = {p->material.model, p->lobe.shininess, p->at.normal, p->at.view,
+                                  p->at.mirror};
+    memset(out, 0, sizeof(double[ROWS][3]));
+    shd_around_sum(map, moments, &lobe, &f, out);
+}
+
+/* The most that the map adds by a lobe that is seen like this. */
+static double most_of(const shd_surroundings *map, const place *p) {
+    const double v = shd_dot(p->at.normal, p->at.view);
+    shd_light light = {.of_map = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .map = map};
+    return shd_around_most_of(&light, &p->material, p->term,
+                              p->material.model == SHD_MODEL_COOK_TORRANCE
+                                  ? shd_facets_most(p->lobe.shininess) / fabs(v) / 4
+                                  : INFINITY);
+}
+
+/* Holds the walk against sums by `cut` and twice as many; returns how far off it is, of the
+ * most. */
+static double check(const shd_surroundings *map, const place *p, int cut, const char *name) {
+    shd_moments *moments = aligned_alloc(64, shd_moments_size(map));
+    double found[ROWS][3], coarse[ROWS][3], fine[ROWS][3];
+    assert_true(shd_moments_make(map, NULL, moments));
+    walk(map, moments, p, found);
+    brute_force(map, p, cut, coarse);
+    brute_force(map, p, 2 * cut, fine);
+    free(moments);
+    const double most = most_of(map, p), off = differ(p, found, fine) / most,
+                 itself = differ(p, coarse, fine) / most;
+    print_message("%s, model %d, sharpness %g, N.V %.3g: off %.1e of %.3g, brute force itself "
+                  "%.1e\n",
+                  name, p->material.model, p->lobe.shininess, shd_dot(p->at.normal, p->at.view),
+                  off, most, itself);
+    assert_true(off <= SHD_AROUND_TOLERANCE / 2 + 2 * itself);
+    return off;
+}
+
+/* ---- Claims. ---- */
+
+static const struct {
+    shd_model model;
+    double sharpness;
+} lobes[] = {{SHD_MODEL_BLINN_PHONG, 1},       {SHD_MODEL_BLINN_PHONG, 40},
+             {SHD_MODEL_BLINN_PHONG, 1e4},     {SHD_MODEL_PHONG_NORMALIZED, 1},
+             {SHD_MODEL_PHONG_NORMALIZED, 60}, {SHD_MODEL_PHONG_NORMALIZED, 1e4},
+             {SHD_MODEL_COOK_TORRANCE, 0.6},   {SHD_MODEL_COOK_TORRANCE, 0.15},
+             {SHD_MODEL_COOK_TORRANCE, 0.02},  {SHD_MODEL_OREN_NAYAR, 0.6}};
+enum { LOBES = sizeof lobes / sizeof *lobes };
+
+/* One texel: at the mirrored view, at a pole, across the horizon, and where the view itself is. */
+static void one_texel_is_as_its_parts(void **state) {
+    (void)state;
+    static const double views[] = {0.9, 0.25, 0.02};
+    for (int k = 0; k < LOBES; k++)
+        for (int way = 0; way < 4; way++) {
+            place p;
+            const double viewing = views[(k + way) % 3];
+            const double down = 0.4 + 2 * uniform(), pole = k % 2 ? SHD_PI : 0;
+            const shd_vec3 normal =
+                direction(way == 1 ? fabs(pole - acos(viewing)) : down, 6 * uniform());
+            stand(&p, lobes[k].model, lobes[k].sharpness, normal, viewing, 6 * uniform());
+            if (way == 1) {
+                p.at.mirror = direction(pole, 0);
+                p.at.view =
+                    shd_sub(shd_scale(normal, 2 * shd_dot(normal, p.at.mirror)), p.at.mirror);
+            }
+            shd_vec3 to = way == 3 ? p.at.view : p.at.mirror;
+            if (way == 2) shd_normalize(shd_madd(to, normal, -shd_dot(to, normal)), &to);
+            const shd_surroundings map = map_of_one(to);
+            check(&map, &p, lobes[k].sharpness > 1e3 || lobes[k].sharpness < 0.1 ? 100 : 40,
+                  way == 0   ? "mirrored"
+                  : way == 1 ? "pole"
+                  : way == 2 ? "horizon"
+                             : "view");
+        }
+}
+
+static void noise_is_as_all_texels(void **state) {
+    (void)state;
+    static const int which[] = {0, 1, 4, 6, 7, 9};
+    for (size_t k = 0; k < sizeof which / sizeof *which; k++) {
+        place p;
+        const shd_surroundings map = map_of_noise();
+        stand(&p, lobes[which[k]].model, lobes[which[k]].sharpness,
+              direction(3 * uniform(), 6 * uniform()), k % 2 ? 0.7 : 0.2, 6 * uniform());
+        check(&map, &p, 2, "noise");
+    }
+}
+
+/* Blocks are no other model than their cells. */
+static void blocks_are_as_their_cells(void **state) {
+    (void)state;
+    const shd_surroundings map = map_of_noise();
+    shd_moments *moments = aligned_alloc(64, shd_moments_size(&map));
+    assert_true(shd_moments_make(&map, NULL, moments));
+    for (int k = 0; k < LOBES; k++) {
+        place p;
+        double all[ROWS][3], cells[ROWS][3];
+        stand(&p, lobes[k].model, lobes[k].sharpness, direction(3 * uniform(), 6 * uniform()), 0.6,
+              6 * uniform());
+        walk(&map, moments, &p, all);
+        walk(&map, NULL, &p, cells);
+        assert_true(differ(&p, all, cells) <= SHD_AROUND_TOLERANCE / 2 * most_of(&map, &p));
+    }
+    free(moments);
+}
+
+/* Weights of a block sum to the light of its cells, whose nodes see a constant as it is. */
+static void blocks_hold_all_light(void **state) {
+    (void)state;
+    for (int i = 0; i < 3 * WIDE * HIGH; i++) texels[i] = 1;
+    const shd_surroundings map = finish_map();
+    shd_moments *moments = aligned_alloc(64, shd_moments_size(&map));
+    assert_true(shd_moments_make(&map, NULL, moments));
+    for (int level = 0; level < moments->level_count; level++) {
+        const shd_moment_level *l = &moments->levels[level];
+        const shd_moment_block *b = shd_moment_blocks_of(moments, level);
+        double sum = 0;
+        for (int k = 0; k < l->rows * l->columns; k++)
+            for (int n = 0; n < 16; n++) sum += (double)b[k].weights[2][n];
+        assert_true(fabs(sum / (4 * SHD_PI) - 1) < 1e-6);
+    }
+    free(moments);
+    assert_true(shd_surroundings_brightest(&map, 1) >= 1);
+    assert_true(shd_surroundings_brightest(&map, 100) < 2 * SHD_PI * (1 + 1e-9));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(one_texel_is_as_its_parts),
+        cmocka_unit_test(noise_is_as_all_texels),
+        cmocka_unit_test(blocks_are_as_their_cells),
+        cmocka_unit_test(blocks_hold_all_light),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
