@@ -22,7 +22,8 @@ given to `shaded-decode` as the daemon does with its usual limits. Large picture
 `--max-pixels`; what is small and stands for much stands for a gigabyte. `tests/e2e/hostile.py` makes them.
 
 Milliseconds are of a processor, from the start of the process to its answer, less what a small good file of the format
-takes ({loads}), most of which OpenImageIO takes to load. So is memory: the most that is resident, less {rests}.
+takes ({loads}), most of which OpenImageIO takes to load. So is memory: the most that is resident, less {rests};
+up to 31 MB more are told where the measuring program held that much when it started the process.
 
 | format | the file | long, kB | the answer | ms | MB |
 | --- | --- | --- | --- | --- | --- |

@@ -156,7 +156,7 @@ def make(side, bomb):
     yield "png", "has a large profile", png(8, 8, deflated(25 * 8), (b"iCCP", b"x\0\0" + deflated(bomb)))
     texts = [(b"zTXt", b"x\0\0" + deflated(1 << 23))] * 256
     yield "png", "has 256 texts of 8 MB, packed", png(8, 8, deflated(25 * 8), *texts)
-    yield "png", "has a million chunks", png(8, 8, deflated(25 * 8), *[(b"tEXt", b"x\0y")] * 1000000)
+    yield "png", "has many chunks", png(8, 8, deflated(25 * 8), *[(b"tEXt", b"x\0y")] * (bomb // 1000))
     jpeg = files["jpeg"]
     at = jpeg.index(b"\xff\xc0") + 5
     yield "jpeg", "promises 65,500 x 65,500", jpeg[:at] + struct.pack(">HH", 65500, 65500) + jpeg[at + 4:]
