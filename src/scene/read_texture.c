@@ -336,8 +336,23 @@ bool shd_same_textures(const shd_material *a, const shd_material *b) {
     return true;
 }
 
+/* Frames of normals are at points of a chart, which are lit one by one. */
+static void check_mapped(shd_reader *r, const shd_node *node, const shd_object *object) {
+    const shd_mesh *mesh = object->mesh;
+    if (object->interpolation != SHD_PHONG)
+        shd_wrong(r, node, "a material with a map of normals needs interpolation phong");
+    if (object->shape == SHD_MESH && mesh && !mesh->uvs)
+        shd_wrong(r, node, "a material with a map of normals needs `uvs` on a mesh%s",
+                  mesh->type ? ": what is built in has none" : "");
+    if (r->scene->spectral.channels) shd_wrong(r, node, "a spectral scene has no maps of normals");
+}
+
 void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *object) {
     const shd_material *material = &r->materials[object->material];
+    if (material->normal_texture) {
+        check_mapped(r, node, object);
+        return;
+    }
     if (!shd_is_textured(material)) return;
     const shd_mesh *mesh = object->mesh;
     if (object->interpolation != SHD_PHONG)
