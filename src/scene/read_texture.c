@@ -346,8 +346,22 @@ static bool is_one_number(const shd_texture *texture) {
     return shd_pattern_fields(&texture->pattern) == 1;
 }
 
+/* Frames of normals are at points of a chart, which are lit one by one. */
+static void check_mapped(shd_reader *r, const shd_node *node, const shd_object *object) {
+    const shd_mesh *mesh = object->mesh;
+    if (object->interpolation != SHD_PHONG)
+        shd_wrong(r, node, "a material with a map of normals needs interpolation phong");
+    if (object->shape == SHD_MESH && mesh && !mesh->uvs)
+        shd_wrong(r, node, "a material with a map of normals needs `uvs` on a mesh");
+    if (r->scene->spectral.channels) shd_wrong(r, node, "a spectral scene has no maps of normals");
+}
+
 void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *object) {
     const shd_material *material = &r->materials[object->material];
+    if (material->normal_texture) {
+        check_mapped(r, node, object);
+        return;
+    }
     if (!shd_is_textured(material)) return;
     const shd_mesh *mesh = object->mesh;
     if (object->shape == SHD_MESH && mesh && !mesh->uvs)
@@ -356,10 +370,6 @@ void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *o
         shd_wrong(r, node,
                   "in a spectral scene an opacity that is a pattern or a picture is one number: "
                   "give greys, or a `channel`");
-    if (material->normal_texture && object->interpolation != SHD_PHONG)
-        shd_wrong(r, node, "a map of normals needs interpolation phong");
-    if (material->normal_texture && r->scene->spectral.channels)
-        shd_wrong(r, node, "a spectral scene has no maps of normals");
     const bool alone = !material->emissive_texture && !material->ambient_texture &&
                        !material->diffuse_texture && !material->lobe_textures;
     if (material->model == SHD_MODEL_WESTIN && !alone)

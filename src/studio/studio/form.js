@@ -95,7 +95,7 @@ export class Form {
         for (const name of variant.required ?? []) {
             if (name === "matrix") return { matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] };
             const schema = this.schema.of(variant.properties[name]);
-            made[name] = schema.const ?? schema.default ?? { f0: 0.04, n: 1.5, roughness: 0.2 }[name] ?? schema.minimum ?? 0.5;
+            made[name] = schema.const ?? schema.default ?? { f0: 0.04, n: 1.5, roughness: 0.2 }[name] ?? schema.minimum ?? (schema.type === "string" ? "" : 0.5);
         }
         return made;
     }

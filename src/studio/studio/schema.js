@@ -51,7 +51,7 @@ export class Schema {
         if (schema.names.includes("Direction")) return "direction";
         if (this.vectorSize(schema)) return "vector";
         if (schema.type === "array" && this.of(schema.items ?? {}).properties) return "list";
-        if (schema.properties) return "group";
+        if (schema.properties) return schema.required?.length ? "variants" : "group"; // chosen before it is there
         if (choices.length && choices.every(one => this.variants(one).every(variant => variant.properties))) return "variants";
         return "json";
     }
