@@ -50,14 +50,21 @@ static bool is_smooth(const shd_scenery *scenery, size_t block, const shd_tile_s
            shd_mean_is_central(plan, &bend, &s->spread, &plan->mean_room);
 }
 
+/* The block that is the k-th one if those of a quad, of two by two, follow each other. */
+static size_t block_in_quads(const shd_survey *survey, size_t k) {
+    const size_t across = (size_t)survey->across, quads = across / 2, quad = k / 4;
+    return (2 * (quad / quads) + (k / 2 & 1)) * across + 2 * (quad % quads) + (k & 1);
+}
+
 /* Lists all pixels of blocks where something may be seen, block by block, so that a bundle's rays
- * are near to each other. */
+ * are near to each other: quad by quad, if lights are told for these (light_from_afar). */
 static void list_blocks(const shd_scenery *scenery, shd_tile tile, size_t samples,
                         shd_tile_scratch *s) {
     const size_t blocks = (size_t)s->survey.across * (size_t)s->survey.down;
     size_t rest[SHD_BUNDLES], count = 0;
     s->bundle_count = 0;
-    for (size_t block = 0; block < blocks; block++) {
+    for (size_t k = 0; k < blocks; k++) {
+        const size_t block = scenery->plan->bunches ? block_in_quads(&s->survey, k) : k;
         if (!s->survey.blocks[block].count) continue;
         if (shd_plan_is_draft(scenery->plan) && is_smooth(scenery, block, s))
             add_block(tile, block, 1, s);
