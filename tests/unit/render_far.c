@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "plan/cost.h"
 #include "plan/parts.h"
 #include "render/request.h"
 #include "render/tiles/far.h"
@@ -127,6 +128,23 @@ static void lamps_from_afar_are_told_within_the_room(void **state) {
     shd_request_drop(request);
 }
 
+/* Estimates know that lamps are told together, in the tiers that do so. */
+static void bunches_cost_less(void **state) {
+    shd_request *request = read_dome(*state, "0.3");
+    const shd_plan *draft;
+    assert_true(
+        shd_plan_draft(request->scene, SHD_PORTABLE, true, NULL, request->rendering.arena, &draft));
+    shd_plan plan = *draft;
+    plan.drop_tolerance = 1e-3;
+    assert_true(shd_bunches_new(&plan, request->rendering.arena, &plan.bunches));
+    const shd_kernel_cost *costs = shd_plan_kernel_costs(&plan);
+    assert_true(shd_plan_ray_cost(&plan, SHD_STANDARD, costs).light <
+                0.5 * shd_plan_ray_cost(draft, SHD_STANDARD, costs).light);
+    assert_true(shd_plan_ray_cost(&plan, SHD_EXACT, costs).light ==
+                shd_plan_ray_cost(draft, SHD_EXACT, costs).light);
+    shd_request_drop(request);
+}
+
 static void no_room_takes_none(void **state) {
     shd_request *request = read_dome(*state, "0");
     const shd_plan *plan;
@@ -156,6 +174,7 @@ static int stop(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lamps_from_afar_are_told_within_the_room),
+        cmocka_unit_test(bunches_cost_less),
         cmocka_unit_test(no_room_takes_none),
     };
     return cmocka_run_group_tests(tests, start, stop);
