@@ -1,7 +1,8 @@
 """Counts what many lamps cost with a budget and without: lamps.py FOLDER
 
-Writes FOLDER/lamps.md. Valgrind counts the instructions of seeing and lighting tiles, which are the
-same on a busy machine, as times are not. `./dev bench --lamps` builds what this needs and runs it."""
+Writes FOLDER/lamps.md. Valgrind counts the instructions of seeing and lighting tiles, which are
+the same on a busy machine, as times are not. `./dev bench --lamps` builds what this needs and runs
+it."""
 
 import json
 import os
@@ -60,7 +61,7 @@ def main():
     lines = [
         "# What many lamps cost", "",
         "What `./dev bench --lamps` has counted: million instructions of seeing and lighting the",
-        "tiles of 512x512 pixels, by valgrind's callgrind, with the kernels that it can run (AVX2).",
+        "tiles of 512x512 pixels, by valgrind's callgrind, with kernels that it can run (AVX2).",
         "Budgets are 0.5 CIEDE2000.", "",
         "| lit | lamps | with a budget | without | times |",
         "| --- | --- | --- | --- | --- |"]
