@@ -39,8 +39,8 @@ static size_t fall_of(builder *b, const shd_plan_light *light) {
     return fall;
 }
 
-static void add_moments(shd_vec3 s, const double weight[3], shd_bunch *to) {
-    double m[SHD_BUNCH_MOMENTS] = {1};
+void shd_moments(shd_vec3 s, double m[SHD_BUNCH_MOMENTS]) {
+    m[0] = 1;
     for (int g = 1; g < 4; g++) {
         const double *from = m + shd_monomials_below(g - 1);
         double *out = m + shd_monomials_below(g);
@@ -51,6 +51,11 @@ static void add_moments(shd_vec3 s, const double weight[3], shd_bunch *to) {
             out[shd_monomial(g, z)] = from[shd_monomial(g - 1, z)] * s.y / (g - z);
         out[shd_monomial(g, g)] = from[shd_monomial(g - 1, g - 1)] * s.z / g;
     }
+}
+
+static void add_moments(shd_vec3 s, const double weight[3], shd_bunch *to) {
+    double m[SHD_BUNCH_MOMENTS];
+    shd_moments(s, m);
     for (int c = 0; c < 3; c++)
         for (int k = 0; k < SHD_BUNCH_MOMENTS; k++) to->moments[c][k] += weight[c] * m[k];
 }

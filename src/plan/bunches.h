@@ -53,6 +53,9 @@ typedef struct shd_bunches {
     size_t alone_count;
 } shd_bunches;
 
+/* Monomials of s up to the third degree, each divided by the factorials of its exponents. */
+void shd_moments(shd_vec3 s, double out[SHD_BUNCH_MOMENTS]);
+
 /* How many there are that are not divided further, and lights in no bunch. */
 static inline size_t shd_bunches_groups(const shd_bunches *bunches) {
     return bunches->leaves + bunches->alone_count;

@@ -1,5 +1,6 @@
 #include "plan/cost.h"
 
+#include "plan/bunches.h"
 #include "plan/kernel_costs.h"
 #include "plan/paths.h"
 #include "plan/textures.h"
@@ -212,9 +213,29 @@ static double patterns_of(const shd_plan_material *material) {
     return sum;
 }
 
-/* What the light costs of a ray that meets the object. */
+/* Lights that cost as much as all of the object's lights, where most are told together
+ * (shade/far.h): looking at them, and what is left to be lit. That is what is near, what is at the
+ * horizon of some point of a block, and what may have a highlight there. `area`: in pixels. */
+static double told_lights(const shd_plan *plan, size_t index, double area) {
+    static const double LOOK = 0.18, NEAR = 0.02, FAINT = 7 /* exp(-7) is little */,
+                        LIT = 1.6 /* what one costs that is neither behind nor dull, of all */;
+    const shd_plan_object *lit = &plan->objects[index];
+    const shd_plan_material *m = &plan->materials[lit->material];
+    const double all = (double)lit->light_count;
+    if (!plan->bunches || all < SHD_BUNCHES_LEAST || !m->has_diffuse || m->textures) return all;
+    const shd_object *object = &plan->scene->objects[index];
+    const bool round = shd_is_curved(object) || object->shape == SHD_MESH;
+    const double turn = round ? BLOCK * sqrt(0.5) / sqrt(fmax(area, 1) / SHD_PI) : 0;
+    double widest = 0;
+    for (size_t k = 0; k < m->lobe_count; k++)
+        widest = fmax(widest, acos(fmax(1 - FAINT / fmax(m->lobes[k].shininess, 1e-9), -1)));
+    const double glitter = m->lobe_count ? 0.5 * (1 - cos(fmin(widest + 2 * turn, SHD_PI))) : 0;
+    return all * fmin(LOOK + LIT * (NEAR + turn + glitter), 1 + LOOK);
+}
+
+/* What the light costs of a ray that meets the object, which fills `area` pixels. */
 static double light_of(const shd_plan *plan, size_t index, const shd_kernel_cost *cost,
-                       double factor, shd_tier tier) {
+                       double factor, double area, shd_tier tier) {
     const shd_plan_object *lit = &plan->objects[index];
     const double lobes = (double)plan->materials[lit->material].lobe_count;
     const double slower = slower_samples[plan->isa];
@@ -224,7 +245,11 @@ static double light_of(const shd_plan *plan, size_t index, const shd_kernel_cost
                                     (tier == SHD_EXACT ? EXACT_SAMPLE : 0)) +
                           patterns_of(&plan->materials[lit->material]);
     const double light = factor * cost->light + lobes * cost->lobe;
-    if (!plan->extended) return sample + (double)lit->light_count * light;
+    if (!plan->extended) {
+        const double lights =
+            tier == SHD_EXACT ? (double)lit->light_count : told_lights(plan, index, area);
+        return sample + lights * light;
+    }
     double sum = sample;
     for (size_t j = 0; j < lit->light_count; j++)
         sum += slower * shd_beyond_cost(plan, &plan->materials[lit->material],
@@ -276,8 +301,8 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
         double rays_left, light_left;
         sketch_costs(plan, i, &rays_left, &light_left);
         cost.rays += samples * o.met / all * cast_of(plan, object, &o, tier) * rays_left;
-        cost.light +=
-            samples * o.area / all * light_of(plan, i, &costs[tier], factor, tier) * light_left;
+        cost.light += samples * o.area / all *
+                      light_of(plan, i, &costs[tier], factor, o.area, tier) * light_left;
         const shd_traced_cost traced = shd_find_traced_cost(plan, &paths, i);
         cost.shadow += samples * o.area / all * traced.shadow;
         cost.trace += samples * o.area / all * traced.trace;

@@ -2,40 +2,44 @@
 
 #include <math.h>
 
+#include "base/simd.h"
+
 /* ---- What is left out. ---- */
 
-/* x^4 and what follows in sums of (k + n) x^k. */
-static double tail_of(double x, double n) {
-    const double left = 1 - x;
-    return x * x * x * x * ((4 + n) * left + x) / (left * left);
+/* x^m and what follows in sums of (k + n) x^k. */
+static double tail_of(double x, double n, int m) {
+    const double left = 1 - x, cube = x * x * x;
+    return (m > 3 ? cube * x : cube) * ((m + n) * left + x) / (left * left);
 }
 
 /* Any attenuation, by majorants: |v| / D of 1 + x / (1 - x), |v|^2 / D^2 of (1 + x)^2, 1 / |v| of 1
  * / (D (1 - x)), v of D (1 + x); and one over what is 1 and more of one over 1 less that more. */
-static double mixed_tail(double linear, double square, double x) {
+static double mixed_tail(double linear, double square, double x, int m) {
     const double q1 = linear + 2 * square, q2 = linear + square, q3 = linear,
                  q = linear * x / (1 - x) + square * x * (2 + x);
     if (!(q < 0.9)) return INFINITY;
     const double i1 = q1, i2 = q2 + q1 * q1, i3 = q3 + 2 * q1 * q2 + q1 * q1 * q1;
     const double p1 = 1 + i1, p2 = p1 + i2, p3 = p2 + i3;
     const double whole = (1 + x) / ((1 - x) * (1 - q));
-    return whole - (1 + x * (1 + p1 + x * (p1 + p2 + x * (p2 + p3)))) + 1e-14 * whole;
+    const double cube = m > 3 ? p2 + p3 : 0;
+    return whole - (1 + x * (1 + p1 + x * (p1 + p2 + x * cube))) + 1e-14 * whole;
 }
 
-double shd_far_rest(const shd_plan_light *light, double distance, double radius) {
+double shd_far_rest(const shd_plan_light *light, double distance, double radius, int degree) {
     static const double ROUNDING = 1e-12, WIDEST = 0.4;
     if (light->directional) return ROUNDING;
     const double x = radius / distance * (1 + 1e-9);
     if (!(x < WIDEST)) return INFINITY;
-    if (!light->attenuated) return 2 * x * x * x * x / (1 - x) + ROUNDING;
+    if (!light->attenuated)
+        return 2 * (degree > 3 ? x * x * x * x : x * x * x) / (1 - x) + ROUNDING;
     if (!(distance - radius > light->min_distance * (1 + 1e-9)) ||
         !(shd_attenuation(light, distance - radius) < SHD_LARGEST_FALL))
         return INFINITY;
-    if (light->a == 0 && light->b == 0) return tail_of(x, 1.5) + ROUNDING;
-    if (light->a == 0 && light->c == 0) return 2 * tail_of(x, 0.5) + ROUNDING;
+    if (light->a == 0 && light->b == 0) return tail_of(x, 1.5, degree) + ROUNDING;
+    if (light->a == 0 && light->c == 0) return 2 * tail_of(x, 0.5, degree) + ROUNDING;
     const double linear = distance * light->b, square = distance * distance * light->c,
                  all = light->a + linear + square;
-    return mixed_tail(linear / all, square / all, x) + ROUNDING;
+    return mixed_tail(linear / all, square / all, x, degree) + ROUNDING;
 }
 
 /* ---- Derivatives. ---- */
@@ -103,26 +107,50 @@ void shd_far_add(const shd_plan_light *light, shd_far *to) {
     to->lights++;
 }
 
-/* Adds moments of degree g times derivatives of degree `from` + g to those of degree `from`. */
-static void shift_terms(const double *moments, const double *derived, int from, int g, double *to) {
-    const double *const high = derived + shd_monomials_below(from + g) - 1;
-    double *const low = to + shd_monomials_below(from) - 1;
-    for (int r = 0; r <= g; r++)
-        for (int z = 0; z <= r; z++) {
-            const double m = moments[shd_monomials_below(g) + shd_monomial(r, z)];
-            for (int q = 0; q <= from; q++)
-                for (int k = 0; k <= q; k++)
-                    low[shd_monomial(q, k)] += m * high[shd_monomial(q + r, k + z)];
-        }
+/* Adds moments times derivatives of degree up to `last` to those of lower degrees. */
+SHD_INLINE void shift_to(const double *moments, const double *derived, int last, double *to) {
+#pragma GCC unroll 4
+    for (int from = 1; from <= last; from++)
+#pragma GCC unroll 4
+        for (int g = 0; from + g <= last; g++)
+#pragma GCC unroll 4
+            for (int r = 0; r <= g; r++)
+#pragma GCC unroll 4
+                for (int z = 0; z <= r; z++)
+#pragma GCC unroll 5
+                    for (int q = 0; q <= from; q++)
+#pragma GCC unroll 5
+                        for (int k = 0; k <= q; k++)
+                            to[shd_monomials_below(from) - 1 + shd_monomial(q, k)] +=
+                                moments[shd_monomials_below(g) + shd_monomial(r, z)] *
+                                derived[shd_monomials_below(from + g) - 1 +
+                                        shd_monomial(q + r, k + z)];
+}
+
+static void shift_terms(const double *moments, const double *derived, int last, double *to) {
+    double sums[SHD_FAR_TERMS] = {0};
+    if (last > 3)
+        shift_to(moments, derived, 4, sums);
+    else
+        shift_to(moments, derived, 3, sums);
+    for (int k = 0; k < SHD_FAR_TERMS; k++) to[k] += sums[k];
+}
+
+void shd_far_shift(const shd_far *from, shd_far *to) {
+    const shd_vec3 way = shd_sub(to->center, from->center);
+    double moments[SHD_BUNCH_MOMENTS];
+    shd_moments(way, moments);
+    to->degree = from->degree > to->degree ? from->degree : to->degree;
+    for (int c = 0; c < to->channels; c++)
+        shift_terms(moments, from->terms[c], from->degree, to->terms[c]);
+    to->lights += from->lights;
 }
 
 void shd_far_add_bunch(const shd_bunches *bunches, const shd_bunch *bunch, shd_far *to) {
     double d[SHD_FAR_TERMS];
     derive_potential(&bunches->falls[bunch->fall], shd_sub(bunch->center, to->center), d);
     for (int c = 0; c < to->channels; c++)
-        for (int degree = 1; degree < 5; degree++)
-            for (int g = 0; degree + g < 5; g++)
-                shift_terms(bunch->moments[c], d, degree, g, to->terms[c]);
+        shift_terms(bunch->moments[c], d, to->degree, to->terms[c]);
     to->lights += bunch->end - bunch->first;
 }
 

@@ -40,14 +40,22 @@ SHD_INLINE shd_vd where(shd_vd x, shd_vd y, shd_vd a, shd_vd b) {
 /* ---- Lights at a patch. ---- */
 
 typedef struct rows {
-    lanes x, y, z, a, b, c, gain, least;
+    lanes x, y, z, a, b, c, gain, least, color[3];
 } rows;
 
 static void load_rows(const shd_bunches *from, const uint32_t *which, size_t some, rows *r) {
-    double *const out[] = {r->x, r->y, r->z, r->a, r->b, r->c, r->gain, r->least};
+    double *const out[SHD_BUNCH_ROWS] = {r->x,        r->y,        r->z,       r->a,
+                                         r->b,        r->c,        r->gain,    r->least,
+                                         r->color[0], r->color[1], r->color[2]};
     uint32_t at[LANES];
     for (size_t i = 0; i < LANES; i++) at[i] = which[i < some ? i : some - 1];
-    for (int k = 0; k < 8; k++) EACH out[k][i] = from->rows[k][at[i]];
+    for (int k = 0; k < SHD_BUNCH_ROWS; k++) {
+        /* All lights of a tree have the same a, b, c and least distance. */
+        if (from->roots == 1 && ((k > 2 && k < 6) || k == 7))
+            EACH out[k][i] = from->rows[k][0];
+        else
+            EACH out[k][i] = from->rows[k][at[i]];
+    }
 }
 
 /* Cosine and sine of a sum of angles: -1 and 0 if it is more than 180 degrees, or not known. */
@@ -70,46 +78,85 @@ SHD_INLINE void turn_angle(shd_vd cosine, shd_vd by_cosine, shd_vd by_sine, shd_
 }
 
 /* x^4 and what follows: see far.c, which these are of. */
-SHD_INLINE shd_vd pure_tail(shd_vd x, double n) {
-    const shd_vd left = 1 - x;
-    return x * x * x * x * ((4 + n) * left + x) / (left * left);
+SHD_INLINE shd_vd pure_tail(shd_vd x, double n, int m) {
+    const shd_vd left = 1 - x, cube = x * x * x;
+    return (m > 3 ? cube * x : cube) * ((m + n) * left + x) / (left * left);
 }
 
-SHD_INLINE shd_vd mixed_tail(shd_vd linear, shd_vd square, shd_vd x) {
+SHD_INLINE shd_vd mixed_tail(shd_vd linear, shd_vd square, shd_vd x, int m) {
     const shd_vd q1 = linear + 2 * square, q2 = linear + square, q3 = linear,
                  q = linear * x / (1 - x) + square * x * (2 + x);
     const shd_vd i1 = q1, i2 = q2 + q1 * q1, i3 = q3 + 2 * q1 * q2 + q1 * q1 * q1;
     const shd_vd p1 = 1 + i1, p2 = p1 + i2, p3 = p2 + i3;
     const shd_vd whole = (1 + x) / ((1 - x) * (1 - q));
-    const shd_vd rest = whole - (1 + x * (1 + p1 + x * (p1 + p2 + x * (p2 + p3)))) + 1e-14 * whole;
+    const shd_vd cube = m > 3 ? p2 + p3 : vd(0),
+                 rest = whole - (1 + x * (1 + p1 + x * (p1 + p2 + x * cube))) + 1e-14 * whole;
     return where(vd(0.9), q, rest, vd(INFINITY));
 }
 
 typedef struct looks {
-    lanes front, certain, rest, most, power[SHD_FAR_LOBES];
+    lanes front, rest, told, gleam, certain, most;
 } looks;
 
-SHD_INLINE shd_vd tail_of(shd_vd a, shd_vd b, shd_vd c, shd_vd linear, shd_vd square, shd_vd t) {
-    const shd_vd zero = vd(0);
-    shd_vd tail = mixed_tail(linear, square, t);
-    tail = where(a + c, zero, tail, 2 * pure_tail(t, 0.5));
-    tail = where(a + b, zero, tail, pure_tail(t, 1.5));
-    return where(b + c, zero, tail, 2 * t * t * t * t / (1 - t));
+SHD_INLINE shd_vd tail_of(shd_vd a, shd_vd b, shd_vd c, shd_vd linear, shd_vd square, shd_vd t,
+                          int m) {
+    const shd_vd zero = vd(0), cube = t * t * t;
+    const shd_vd one = vd(1), mixed = where(a + b, zero, where(a + c, zero, one, zero), zero);
+    shd_vd tail = zero;
+    if (shd_md_bits(shd_vd_gt(mixed, zero))) tail = mixed_tail(linear, square, t, m);
+    tail = where(a + c, zero, tail, 2 * pure_tail(t, 0.5, m));
+    tail = where(a + b, zero, tail, pure_tail(t, 1.5, m));
+    return where(b + c, zero, tail, 2 * (m > 3 ? cube * t : cube) / (1 - t));
 }
 
-/* What light of `fall` shows of each lobe at most. (R.V)^ns is at most exp(-x), x = ns (1 - R.V),
- * and that (1 + x / 2^n)^-2^n. */
-SHD_INLINE void bound_lobes(const shd_far_patch *p, int v, shd_vd shine, shd_vd fall, looks *out) {
+/* What light of `fall` shows of the lobes at most, by channel. (R.V)^ns is at most exp(-x), x = ns
+ * (1 - R.V), and that (1 + x / 2^n)^-2^n. */
+SHD_INLINE void bound_lobes(const shd_far_patch *p, shd_vd shine, shd_vd fall, shd_vd to[3]) {
+    for (int c = 0; c < 3; c++) to[c] = vd(0);
     for (size_t k = 0; k < p->lobe_count; k++) {
         shd_vd power = 1 / (1 + p->shininess[k] / (1 << SLOWLY) * greater_vd(1 - shine, vd(0)));
         for (int n = 0; n < SLOWLY; n++) power *= power;
-        shd_vd_store(out->power[k] + v, power * (1 + MARGIN) * fall);
+        power = power * (1 + MARGIN) * fall;
+        for (int c = 0; c < 3; c++) to[c] += p->specular[k][c] * power;
     }
 }
 
+/* What the color is off by if N.E is off by `off`, and lobes are left out: that of the channel that
+ * is worst off. */
+SHD_INLINE shd_vd weigh_colors(const shd_far_patch *p, const rows *r, int v, shd_vd off,
+                               const shd_vd lobes[3], shd_vd *gleam) {
+    const shd_vd zero = vd(0);
+    shd_vd rest = zero;
+    *gleam = zero;
+    for (int c = 0; c < 3; c++) {
+        const shd_vd color = shd_vd_load(r->color[c] + v);
+        /* Infinite is not to be multiplied: 0 times that is not a number. */
+        const shd_vd left = p->diffuse[c] > 0 ? p->diffuse[c] * off + lobes[c] : lobes[c];
+        rest = greater_vd(rest, where(color, zero, color * left, zero));
+        *gleam = greater_vd(*gleam, where(color, zero, color * lobes[c], zero));
+    }
+    return rest;
+}
+
+/* What the series leaves out of N.E of a light at distance d that sends `most` at most; infinite:
+ * it may not be used. */
+SHD_INLINE shd_vd bound_rest(const shd_far_patch *p, const rows *r, int v, shd_vd d, shd_vd wide,
+                             shd_vd nearest, shd_vd most) {
+    static const double ROUNDING = 1e-12, WIDEST = 0.4;
+    const shd_vd a = shd_vd_load(r->a + v), b = shd_vd_load(r->b + v), c = shd_vd_load(r->c + v),
+                 gain = shd_vd_load(r->gain + v), bend = shd_vd_load(r->least + v);
+    const shd_vd zero = vd(0), none = vd(INFINITY);
+    const shd_vd q = wide * (1 + 1e-9), t = where(vd(WIDEST), q, q, zero), linear = d * b,
+                 square = d * d * c, all = a + linear + square;
+    shd_vd rest = (tail_of(a, b, c, linear / all, square / all, t, p->degree) + ROUNDING) *
+                  (gain / all) * (1 + MARGIN);
+    rest = where(vd(WIDEST), q, rest, none);
+    rest = where(where(b + c, zero, nearest, none), bend * (1 + 1e-9), rest, none);
+    return where(vd(SHD_LARGEST_FALL), most, rest, none);
+}
+
 static void look_at_lanes(const shd_far_patch *p, const rows *r, looks *out) {
-    static const double CLEAR = 1e-4, ROUNDING = 1e-12, WIDEST = 0.4, NEAREST = 1e-30,
-                        FARTHEST = 1e30;
+    static const double CLEAR = 1e-4, NEAREST = 1e-30, FARTHEST = 1e30, NEAR = 0.9;
     const shd_vd zero = vd(0), one = vd(1), none = vd(INFINITY);
     for (int v = 0; v < LANES; v += WIDE) {
         const shd_vd x = shd_vd_load(r->x + v) - p->center.x,
@@ -139,57 +186,59 @@ static void look_at_lanes(const shd_far_patch *p, const rows *r, looks *out) {
         const shd_vd most = gain / (a + near * (b + near * c)),
                      least = gain / (a + far * (b + far * c)),
                      fall = lesser_vd(most, vd(SHD_LARGEST_FALL)) * (1 + MARGIN);
-        const shd_vd q = wide * (1 + 1e-9), t = where(vd(WIDEST), q, q, zero), linear = d * b,
-                     square = d * d * c, all = a + linear + square;
-        shd_vd rest = (tail_of(a, b, c, linear / all, square / all, t) + ROUNDING) * (gain / all) *
-                      (1 + MARGIN);
-        rest = where(vd(WIDEST), q, rest, none);
-        rest = where(where(b + c, zero, nearest, none), bend * (1 + 1e-9), rest, none);
-        rest = where(vd(SHD_LARGEST_FALL), most, rest, none);
-        rest = where(low, vd(CLEAR), rest, none);
+        shd_vd rest = bound_rest(p, r, v, d, wide, nearest, most);
+        /* Where N.L may be below 0 the sum has that, too. */
+        rest += fall * greater_vd(CLEAR - low, zero);
         rest = where(known, zero, rest, none);
-        const shd_vd certain = where(low, vd(CLEAR), least * (1 - MARGIN) * low, zero);
+        const shd_vd whole = fall * greater_vd(high, zero), /* if it is left out altogether */
+            off = where(where(vd(NEAR), wide, rest, whole), whole, whole, rest);
+        shd_vd lobes[3], gleam;
+        bound_lobes(p, shine, fall, lobes);
         shd_vd_store(out->front + v, where(high, zero, one, zero));
-        shd_vd_store(out->most + v, fall * high);
-        shd_vd_store(out->certain + v, certain);
-        shd_vd_store(out->rest + v, rest);
-        bound_lobes(p, v, shine, fall, out);
+        shd_vd_store(out->rest + v, weigh_colors(p, r, v, off, lobes, &gleam));
+        shd_vd_store(out->gleam + v, gleam);
+        shd_vd_store(out->told + v, where(rest, off, zero, where(none, rest, one, zero)));
+        shd_vd_store(out->certain + v, where(low, vd(CLEAR), least * (1 - MARGIN) * low, zero));
+        shd_vd_store(out->most + v, whole);
     }
 }
 
 static void look_at_lights(const shd_bunches *bunches, const shd_far_patch *patch,
-                           const uint32_t *which, size_t count, shd_far_look *out) {
+                           const uint32_t *which, size_t count, shd_far_look *out,
+                           shd_far_sums *sums) {
+    lanes least[3] = {{0}}, most = {0};
     for (size_t first = 0; first < count; first += LANES) {
         const size_t some = count - first < LANES ? count - first : LANES;
         rows r;
         looks l;
         load_rows(bunches, which + first, some, &r);
+        for (size_t i = some; i < LANES; i++) r.color[0][i] = r.color[1][i] = r.color[2][i] = 0;
         look_at_lanes(patch, &r, &l);
-        for (size_t i = 0; i < some; i++) {
-            /* Infinite is not to be multiplied: 0 times that is not a number. */
-            const bool known = l.rest[i] < INFINITY;
-            double most = 0, shown = 0, rest = known ? 0 : INFINITY;
+        for (int v = 0; v < LANES; v += WIDE) {
+            const shd_vd certain = shd_vd_load(l.certain + v), zero = vd(0);
+            shd_vd brightest = zero;
             for (int c = 0; c < 3; c++) {
-                const double color = bunches->rows[8 + c][which[first + i]];
-                double left = known ? patch->diffuse[c] * l.rest[i] : 0;
-                for (size_t k = 0; k < patch->lobe_count; k++)
-                    left += patch->specular[k][c] * l.power[k][i];
-                most = greater(most, color);
-                shown = greater(shown, patch->diffuse[c] * color);
-                rest = greater(rest, color > 0 ? color * left : 0);
+                const shd_vd color = shd_vd_load(r.color[c] + v);
+                shd_vd_store(least[c] + v, shd_vd_load(least[c] + v) + certain * color);
+                brightest = greater_vd(brightest, color);
             }
-            out[first + i] = (shd_far_look){.behind = !(l.front[i] > 0),
-                                            .certain = l.certain[i],
-                                            .rest = rest,
-                                            .shown = shown * 0.5 * (l.certain[i] + l.most[i]),
-                                            .most = most * l.most[i]};
+            shd_vd_store(most + v, shd_vd_load(most + v) + shd_vd_load(l.most + v) * brightest);
         }
+        for (size_t i = 0; i < some; i++)
+            out[first + i] = (shd_far_look){.rest = l.rest[i],
+                                            .behind = !(l.front[i] > 0),
+                                            .told = l.told[i] > 0,
+                                            .gleam = l.gleam[i],
+                                            .certain = l.certain[i],
+                                            .most = l.most[i]};
     }
+    for (int c = 0; c < 3; c++) EACH sums->least[c] += least[c][i];
+    EACH sums->most += most[i];
 }
 
 /* ---- Derivatives of the potential: see far.c. ---- */
 
-static void derive_lanes(const rows *r, shd_vec3 center, lanes to[SHD_FAR_TERMS]) {
+SHD_INLINE void derive_lanes(const rows *r, shd_vec3 center, int last, lanes to[SHD_FAR_TERMS]) {
     static const double root[] = {1, 0.5, -0.125, 0.0625}, cube[] = {1, 1.5, 0.375, -0.0625};
     for (int v = 0; v < LANES; v += WIDE) {
         const shd_vd x = shd_vd_load(r->x + v) - center.x, y = shd_vd_load(r->y + v) - center.y,
@@ -211,7 +260,7 @@ static void derive_lanes(const rows *r, shd_vec3 center, lanes to[SHD_FAR_TERMS]
                      whole[5] = {vd(0), g[0] * d, -2 * g[1], 8 * g[2] * over, -48 * g[3] * over2},
                      pair[5] = {vd(0), vd(0), -g[0], 2 * g[1] * over, -8 * g[2] * over2};
 #pragma GCC unroll 4
-        for (int degree = 1; degree < 5; degree++)
+        for (int degree = 1; degree <= last; degree++)
 #pragma GCC unroll 5
             for (int s = 0; s <= degree; s++)
 #pragma GCC unroll 5
@@ -229,8 +278,9 @@ static void derive_lanes(const rows *r, shd_vec3 center, lanes to[SHD_FAR_TERMS]
     }
 }
 
-static void add_lights(const shd_bunches *bunches, const uint32_t *which, size_t count,
-                       shd_far *to) {
+SHD_INLINE void add_terms(const shd_bunches *bunches, const uint32_t *which, size_t count,
+                          int degree, shd_far *to) {
+    const int terms = (int)shd_monomials_below(degree + 1) - 1;
     lanes sums[3][SHD_FAR_TERMS];
     memset(sums, 0, sizeof sums);
     for (size_t first = 0; first < count; first += LANES) {
@@ -238,31 +288,39 @@ static void add_lights(const shd_bunches *bunches, const uint32_t *which, size_t
         rows r;
         lanes d[SHD_FAR_TERMS];
         load_rows(bunches, which + first, some, &r);
-        derive_lanes(&r, to->center, d);
+        derive_lanes(&r, to->center, degree, d);
         for (int c = 0; c < to->channels; c++) {
-            lanes color = {0};
-            for (size_t i = 0; i < some; i++) color[i] = bunches->rows[8 + c][which[first + i]];
+            for (size_t i = some; i < LANES; i++) r.color[c][i] = 0;
             for (int v = 0; v < LANES; v += WIDE) {
-                const shd_vd by = shd_vd_load(color + v);
-                for (int k = 0; k < SHD_FAR_TERMS; k++)
+                const shd_vd by = shd_vd_load(r.color[c] + v);
+                for (int k = 0; k < terms; k++)
                     shd_vd_store(sums[c][k] + v,
                                  shd_vd_load(sums[c][k] + v) + by * shd_vd_load(d[k] + v));
             }
         }
     }
     for (int c = 0; c < to->channels; c++)
-        for (int k = 0; k < SHD_FAR_TERMS; k++) EACH to->terms[c][k] += sums[c][k][i];
+        for (int k = 0; k < terms; k++) EACH to->terms[c][k] += sums[c][k][i];
     to->lights += count;
+}
+
+static void add_lights(const shd_bunches *bunches, const uint32_t *which, size_t count,
+                       shd_far *to) {
+    if (to->degree > 3)
+        add_terms(bunches, which, count, 4, to);
+    else
+        add_terms(bunches, which, count, 3, to);
 }
 
 /* ---- Points. ---- */
 
 /* What each derivative is multiplied by, so that the sum is N.E: the derivative along N of a
  * monomial of h over the factorials of its exponents. */
-SHD_INLINE void weigh_terms(const shd_vd h[3], const shd_vd n[3], shd_vd q[SHD_FAR_TERMS]) {
+SHD_INLINE void weigh_terms(const shd_vd h[3], const shd_vd n[3], int degree,
+                            shd_vd q[SHD_FAR_TERMS]) {
     shd_vd w[20] = {vd(1)};
 #pragma GCC unroll 3
-    for (int g = 1; g < 4; g++)
+    for (int g = 1; g < degree; g++)
 #pragma GCC unroll 4
         for (int r = 0; r <= g; r++)
 #pragma GCC unroll 4
@@ -275,7 +333,7 @@ SHD_INLINE void weigh_terms(const shd_vd h[3], const shd_vd n[3], shd_vd q[SHD_F
                                 : z));
             }
 #pragma GCC unroll 4
-    for (int g = 1; g < 5; g++)
+    for (int g = 1; g <= degree; g++)
 #pragma GCC unroll 5
         for (int r = 0; r <= g; r++)
 #pragma GCC unroll 5
@@ -289,9 +347,10 @@ SHD_INLINE void weigh_terms(const shd_vd h[3], const shd_vd n[3], shd_vd q[SHD_F
             }
 }
 
-static void light_points(const shd_plan *plan, const shd_far *far, size_t count,
+SHD_INLINE void light_by(const shd_plan *plan, const shd_far *far, int degree, size_t count,
                          const float *const position[3], const float *const low[3],
                          const float *const normal[3], float *const diffuse[3]) {
+    const int terms = (int)shd_monomials_below(degree + 1) - 1;
     const double world = 1 / plan->scale;
     const shd_vec3 from = shd_sub(plan->origin, far->center);
     const double begin[3] = {from.x, from.y, from.z};
@@ -311,10 +370,10 @@ static void light_points(const shd_plan *plan, const shd_far *far, size_t count,
                                   shd_vd_load(h[2] + v)},
                          up[3] = {shd_vd_load(n[0] + v), shd_vd_load(n[1] + v),
                                   shd_vd_load(n[2] + v)};
-            weigh_terms(at, up, q);
+            weigh_terms(at, up, degree, q);
             for (int c = 0; c < far->channels; c++) {
                 shd_vd sum = vd(0);
-                for (int k = 0; k < SHD_FAR_TERMS; k++) sum += far->terms[c][k] * q[k];
+                for (int k = 0; k < terms; k++) sum += far->terms[c][k] * q[k];
                 shd_vd_store(sums[c] + v, sum);
             }
         }
@@ -324,6 +383,15 @@ static void light_points(const shd_plan *plan, const shd_far *far, size_t count,
                 *out = (float)((double)*out + greater(sums[c][i], 0));
             }
     }
+}
+
+static void light_points(const shd_plan *plan, const shd_far *far, size_t count,
+                         const float *const position[3], const float *const low[3],
+                         const float *const normal[3], float *const diffuse[3]) {
+    if (far->degree > 3)
+        light_by(plan, far, 4, count, position, low, normal, diffuse);
+    else
+        light_by(plan, far, 3, count, position, low, normal, diffuse);
 }
 
 const shd_far_kernel SHD_VARIANT(shd_far_kernel) = {look_at_lights, add_lights, light_points};

@@ -126,6 +126,11 @@ void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *mat
                       const uint32_t *which, size_t n, const shd_points32 *points,
                       float *const diffuse[3], float *const *specular, uint8_t *edges);
 
+/* The same without highlights, of diffuse light alone, of lights that have no cone. */
+void shd_light_dull32(const shd_lighting *lighting, const shd_plan_material *material,
+                      const uint32_t *which, size_t n, const shd_points32 *points,
+                      float *const diffuse[3]);
+
 /* The same, all in f64; only `count` entries of the rows are written. */
 void shd_light_sums64(const shd_lighting *lighting, const shd_plan_material *material,
                       const uint32_t *which, size_t n, const shd_points64 *points,

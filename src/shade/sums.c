@@ -41,6 +41,23 @@ void shd_light_sums32(const shd_lighting *lighting, const shd_plan_material *mat
     sum_points(&job, packed->sums);
 }
 
+void shd_light_dull32(const shd_lighting *lighting, const shd_plan_material *material,
+                      const uint32_t *which, size_t n, const shd_points32 *points,
+                      float *const diffuse[3]) {
+    const shd_packed_material *packed = &lighting->materials[material - lighting->plan->materials];
+    shd_plan_material dull = *material;
+    dull.lobe_count = 0;
+    const shd_sums_job job = {.lighting = lighting,
+                              .material = &dull,
+                              .lobes = packed->lobes,
+                              .which = which,
+                              .n = n,
+                              .count = points->count,
+                              .narrow = points,
+                              .diffuse = diffuse};
+    sum_points(&job, packed->sums);
+}
+
 /* Whether a light has a shape, or comes from all around. */
 static bool has_shape(const shd_plan *plan, const uint32_t *which, size_t n) {
     for (size_t j = 0; j < n; j++)

@@ -98,6 +98,7 @@ void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
     const int count = (int)decades(random, 100, 350), one = one_of(random, 6);
     const double far = decades(random, 4, 200), bright = decades(random, 0.3, 3);
     const bool grey = one_of(random, 2), aside = one_of(random, 3) == 0;
+    const bool extreme = one_of(random, 4) == 0;
     const int pure = one_of(random, 6); /* a component of colors that is 0, or none */
     for (int i = 0; i < count; i++) {
         const int fall = one < 5 ? one : one_of(random, 5);
@@ -110,9 +111,14 @@ void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
         const double squared = at.x * at.x + at.y * at.y + at.z * at.z;
         const double fallen = fall == 0 ? 1 : fall == 2 ? 1 / sqrt(squared) : 1 / squared;
         const bool spot = one_of(random, 8) == 0;
+        /* Some powers are next to nothing, or too much for a picture; some lamps are in objects. */
+        const double wild = one_of(random, 25) || !extreme ? 1
+                            : one_of(random, 2)            ? decades(random, 1e-300, 1e-6)
+                                                           : decades(random, 1, 1e30);
+        if (extreme && one_of(random, 25) == 0) at = scaled_by(at, between(random, 0, 1) / away);
         fprintf(out, "%s{\"type\": \"%s\", \"attenuation\": %s, \"intensity\": %.17g, ",
                 i ? ", " : "", spot ? "spot" : "point", falls[fall],
-                decades(random, 0.3, 3) * bright / count / fallen);
+                decades(random, 0.3, 3) * bright / count / fallen * wild);
         if (spot) { /* the picture is in its cone, or at its rim */
             fprintf(out, "\"angle\": %.17g, \"penumbra\": %.17g, ",
                     atan(decades(random, 1, 4) / away) / RADIAN, between(random, 0, 0.5));

@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "plan/cost.h"
 #include "plan/parts.h"
 #include "render/request.h"
 #include "render/tiles/far.h"
@@ -43,7 +44,7 @@ static shd_request *read_dome(shd_engine *engine, const char *specular) {
             "{\"type\": \"spot\", \"position\": [0, 25, 9], \"direction\": [0, -25, -9], "
             "\"angle\": 0.2, \"intensity\": 0.01}, "
             "{\"type\": \"point\", \"position\": [9, 30, 0], \"color\": [-0.01, 0, 0]}, "
-            "{\"type\": \"point\", \"position\": [30, 0.01, 0], \"intensity\": 0.01}]}");
+            "{\"type\": \"point\", \"position\": [30, 0.01, 0], \"intensity\": 10}]}");
     fclose(out);
     shd_request *request;
     assert_int_equal(shd_request_new(engine, &request, NULL), SHD_OK);
@@ -69,18 +70,21 @@ static size_t gather(shd_request *request, const shd_plan *draft, double room, s
     plan.drop_tolerance = room;
     assert_true(shd_bunches_new(&plan, arena, &plan.bunches));
     shd_scratch memory = {.arena = arena};
-    shd_afar_lay_out(&plan, &memory, s);
+    shd_afar_lay_out(&plan, 1024, &memory, s);
     assert_false(memory.full);
     const shd_plan_material *material = &plan.materials[plan.objects[0].material];
     shd_patch patch = {
         .center = {0, 0, 0}, .radius = 0.55, .axis = {0, 1, 0}, .cos_spread = 1 - 0x1p-21};
-    shd_afar_find(&plan, material, &patch, points, NULL, s, &s->whole);
-    patch.radius = 0.1;
-    shd_afar_find(&plan, material, &patch, points, &s->whole, s, &s->part);
+    shd_afar *whole = &s->levels[0], *part = &s->levels[SHD_AFAR_LEVELS - 1];
+    shd_afar_find(&plan, material, &patch, points, 0, NULL, s, whole);
+    patch.center = (shd_vec3){0.1, 0, -0.05};
+    patch.radius = 0.2;
+    shd_afar_find(&plan, material, &patch, points, SHD_AFAR_LEVELS - 1, whole, s, part);
     uint32_t all[LAMPS + OTHERS];
     for (uint32_t j = 0; j < plan.light_count; j++) all[j] = j;
-    assert_true(s->part.spent >= s->whole.spent && s->part.spent <= s->part.room);
-    return shd_afar_list(&plan, &s->part, all, plan.light_count, s, left);
+    assert_true(part->spent >= whole->spent && part->spent <= part->room);
+    const size_t open = shd_afar_list(&plan, part, false, all, plan.light_count, s, left);
+    return open + shd_afar_list(&plan, part, true, all, plan.light_count, s, left + open);
 }
 
 static void lamps_from_afar_are_told_within_the_room(void **state) {
@@ -94,7 +98,8 @@ static void lamps_from_afar_are_told_within_the_room(void **state) {
     for (double room = 3e-6; room < 1; room *= 10) {
         shd_afar_scratch s = {.taken = NULL};
         const size_t kept = gather(request, plan, room, 1024, &s, lights);
-        assert_int_equal(kept + s.whole.far.lights + s.part.far.lights, LAMPS + OTHERS);
+        const shd_afar *part = &s.levels[SHD_AFAR_LEVELS - 1];
+        assert_true(kept + part->far.lights <= LAMPS + OTHERS); /* the others are left out */
         taken = LAMPS + OTHERS - kept;
         bool stays[LAMPS + OTHERS] = {false};
         for (size_t i = 0; i < kept; i++) stays[lights[i]] = true;
@@ -104,23 +109,39 @@ static void lamps_from_afar_are_told_within_the_room(void **state) {
         frame.origin = (shd_vec3){0, 0, 0};
         frame.scale = 1;
         const shd_far_kernel *kernel = shd_far_kernel_of(SHD_PORTABLE);
-        const shd_far *fars[] = {&s.whole.far, &s.part.far};
-        for (int k = 0; k < 2; k++)
-            kernel->light(&frame, fars[k], 4, (const float *[]){x, zero, z},
-                          (const float *[3]){NULL}, (const float *[]){zero, one, zero}, rows);
+        kernel->light(&frame, &part->far, 4, (const float *[]){x, zero, z},
+                      (const float *[3]){NULL}, (const float *[]){zero, one, zero}, rows);
         for (int i = 0; i < 4; i++) {
             double wanted = 0;
             for (size_t j = 0; j < LAMPS + OTHERS; j++)
                 if (!stays[j])
                     wanted += shown_by(&plan->lights[j], (shd_vec3){(double)x[i], 0, (double)z[i]});
             const double off = 0.5 * fabs((double)sums[0][i] - wanted);
-            if (!(off <= s.part.spent + 0x1p-23 * wanted))
-                fail_msg("room %g, %g taken: %g off", room, s.part.spent, off);
+            const double told = part->spent / part->weight[0];
+            if (!(off <= told + 0x1p-23 * wanted))
+                fail_msg("room %g, %g taken: %g off", room, told, off);
         }
         for (size_t j = LAMPS; j < LAMPS + OTHERS; j++)
             if (!stays[j] && room < 1e-3) fail_msg("room %g: light %zu is taken", room, j);
     }
     assert_true(taken >= LAMPS); /* with much room */
+    shd_request_drop(request);
+}
+
+/* Estimates know that lamps are told together, in the tiers that do so. */
+static void bunches_cost_less(void **state) {
+    shd_request *request = read_dome(*state, "0.3");
+    const shd_plan *draft;
+    assert_true(
+        shd_plan_draft(request->scene, SHD_PORTABLE, true, NULL, request->rendering.arena, &draft));
+    shd_plan plan = *draft;
+    plan.drop_tolerance = 1e-3;
+    assert_true(shd_bunches_new(&plan, request->rendering.arena, &plan.bunches));
+    const shd_kernel_cost *costs = shd_plan_kernel_costs(&plan);
+    assert_true(shd_plan_ray_cost(&plan, SHD_STANDARD, costs).light <
+                0.5 * shd_plan_ray_cost(draft, SHD_STANDARD, costs).light);
+    assert_true(shd_plan_ray_cost(&plan, SHD_EXACT, costs).light ==
+                shd_plan_ray_cost(draft, SHD_EXACT, costs).light);
     shd_request_drop(request);
 }
 
@@ -132,7 +153,7 @@ static void no_room_takes_none(void **state) {
     uint32_t lights[LAMPS + OTHERS];
     shd_afar_scratch s = {.taken = NULL};
     assert_int_equal(gather(request, plan, 1e-300, 1024, &s, lights), LAMPS + OTHERS);
-    assert_int_equal(s.whole.far.lights + s.part.far.lights, 0);
+    assert_int_equal(s.levels[SHD_AFAR_LEVELS - 1].far.lights, 0);
     shd_request_drop(request);
 }
 
@@ -153,6 +174,7 @@ static int stop(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lamps_from_afar_are_told_within_the_room),
+        cmocka_unit_test(bunches_cost_less),
         cmocka_unit_test(no_room_takes_none),
     };
     return cmocka_run_group_tests(tests, start, stop);

@@ -72,9 +72,10 @@ static void what_is_left_out_is_bounded(void **state) {
             distance * (round / KINDS % 2 ? 0.399 : pow(10, uniform(&random, -3, -0.3)));
         const shd_plan plan = {.scale = ldexp(1, -ilogb(radius))};
         const shd_plan_light light = any_light(&random, kind, distance);
-        const double rest = shd_far_rest(&light, distance, radius);
+        const int degree = 3 + round / KINDS / 2 % 2;
+        const double rest = shd_far_rest(&light, distance, radius, degree);
         if (!(rest < INFINITY)) continue;
-        shd_far far = {.channels = 1};
+        shd_far far = {.channels = 1, .degree = degree};
         shd_far_add(&light, &far);
         assert_int_equal(far.lights, 1);
         float position[3][POINTS], normal[3][POINTS], out[3][POINTS] = {{0}};
@@ -108,7 +109,7 @@ static void lights_add_up_by_their_colors(void **state) {
     (void)state;
     uint64_t random = 3;
     const shd_plan plan = {.scale = 0.5, .origin = {1, 2, 3}};
-    shd_far far = {.channels = 3, .center = {1.1, 2, 3}};
+    shd_far far = {.channels = 3, .degree = 4, .center = {1.1, 2, 3}};
     shd_plan_light lights[40];
     for (int j = 0; j < 40; j++) {
         lights[j] = any_light(&random, j % KINDS, 60);
@@ -165,8 +166,8 @@ static void bunches_are_their_lights_together(void **state) {
         shd_plan_light middle = *fall;
         middle.position = root->center;
         const double away = shd_length(root->center),
-                     rest = shd_far_rest(&middle, away, radius + root->radius);
-        shd_far far = {.channels = 3};
+                     rest = shd_far_rest(&middle, away, radius + root->radius, 3 + round % 2);
+        shd_far far = {.channels = 3, .degree = 3 + round % 2};
         shd_far_add_bunch(bunches, root, &far);
         assert_int_equal(far.lights, CROWD);
         for (int i = 0; rest < INFINITY && i < POINTS; i++) {
@@ -214,37 +215,43 @@ static void kernels_agree_about_lights(void **state) {
                                .glitter = {cos(0.5), sin(0.5)},
                                .diffuse = {1, round & 1 ? 0 : 0.5, 0.2},
                                .lobe_count = 1,
+                               .degree = 3 + round % 2,
                                .shininess = {40},
                                .specular = {{0.1, 0.2, 0.3}}};
         uint32_t places[CROWD];
         shd_far_look looks[SHD_ISA_COUNT][CROWD];
+        shd_far_sums sent[SHD_ISA_COUNT];
         shd_far sums[SHD_ISA_COUNT];
         for (uint32_t j = 0; j < CROWD; j++) places[j] = CROWD - 1 - j;
         for (int isa = 0; isa < SHD_ISA_COUNT; isa++) {
             const shd_far_kernel *kernel = shd_far_kernel_of((shd_isa)isa);
             shd_isa same;
             if (!kernel || !shd_isa_find(shd_isa_name((shd_isa)isa), &same)) continue;
-            kernel->look(bunches, &patch, places, CROWD, looks[isa]);
-            sums[isa] = (shd_far){.channels = 3};
+            sent[isa] = (shd_far_sums){{0, 0, 0}, 0};
+            kernel->look(bunches, &patch, places, CROWD, looks[isa], &sent[isa]);
+            sums[isa] = (shd_far){.channels = 3, .degree = patch.degree};
             kernel->add(bunches, places, CROWD, &sums[isa]);
             for (int j = 0; j < CROWD; j++) {
                 const shd_far_look *a = &looks[isa][j], *b = &looks[SHD_PORTABLE][j];
                 assert_true(a->behind == b->behind && a->certain == b->certain &&
-                            a->rest == b->rest && a->shown == b->shown && a->most == b->most);
+                            a->rest == b->rest && a->told == b->told && a->gleam == b->gleam &&
+                            a->most == b->most);
             }
             assert_memory_equal(&sums[isa], &sums[SHD_PORTABLE], sizeof sums[isa]);
+            assert_memory_equal(&sent[isa], &sent[SHD_PORTABLE], sizeof sent[isa]);
         }
-        shd_far wanted = {.channels = 3};
+        shd_far wanted = {.channels = 3, .degree = patch.degree};
         for (int j = 0; j < CROWD; j++) shd_far_add(&lights[j], &wanted);
         for (int c = 0; c < 3; c++)
-            for (int k = 0; k < SHD_FAR_TERMS; k++)
+            for (size_t k = 0; k < shd_monomials_below(patch.degree + 1) - 1; k++)
                 assert_true(fabs(wanted.terms[c][k] - sums[0].terms[c][k]) <=
                             1e-9 * (1 + fabs(wanted.terms[c][k])));
         for (int j = 0; j < CROWD; j++) {
             const shd_far_look *l = &looks[0][j];
             const shd_plan_light *light = &lights[bunches->lights[places[j]]];
             const double d = shd_length(light->position),
-                         told = shd_far_rest(light, d, patch.radius) * shd_attenuation(light, d);
+                         told = shd_far_rest(light, d, patch.radius, patch.degree) *
+                                shd_attenuation(light, d);
             /* Points and normals of the patch: none lights up what is behind, and all have at least
              * what is certain. */
             for (int i = 0; i < 8; i++) {
@@ -255,11 +262,82 @@ static void kernels_agree_about_lights(void **state) {
                 const double shows = shd_dot(e, n);
                 if (l->behind) assert_true(shows <= 0);
                 if (l->certain > 0) assert_true(shows >= l->certain);
+                assert_true(l->behind || shows <= l->most);
+                /* What is left out altogether, or sinks below the horizon. */
+                if (!l->told) assert_true(l->rest >= light->color[0] * shows);
+                if (l->told) assert_true(l->rest >= light->color[0] * -shows);
             }
-            if (l->rest < INFINITY) {
-                assert_true(l->certain > 0);
-                assert_true(l->rest >= light->color[0] * told * (1 - 1e-9));
-            }
+            if (l->told) assert_true(l->rest >= light->color[0] * told * (1 - 1e-9));
+        }
+        shd_arena_drop(arena);
+    }
+}
+
+/* A polynomial about another center tells the same. */
+static void what_is_told_can_be_shifted(void **state) {
+    (void)state;
+    uint64_t random = 3;
+    for (int degree = 3; degree < 5; degree++) {
+        const shd_plan plan = {.scale = 1};
+        const shd_plan_light light = any_light(&random, 3, 2);
+        shd_far from = {.channels = 3, .degree = degree, .center = {0.1, 0.2, -0.3}},
+                to = {.channels = 3, .degree = 3, .center = {0.3, -0.1, 0}};
+        shd_far_add(&light, &from);
+        shd_far_shift(&from, &to);
+        assert_int_equal(to.degree, degree);
+        assert_int_equal(to.lights, 1);
+        float out[2][3] = {{0}};
+        const float x = 0.2f, y = 0.1f, z = -0.1f, up = 1, none = 0;
+        for (int k = 0; k < 2; k++)
+            shd_far_kernel_of(SHD_PORTABLE)
+                ->light(&plan, k ? &to : &from, 1, (const float *[]){&x, &y, &z},
+                        (const float *[3]){NULL}, (const float *[]){&none, &none, &up},
+                        (float *[]){&out[k][0], &out[k][1], &out[k][2]});
+        for (int c = 0; c < 3; c++)
+            assert_true(fabsf(out[0][c] - out[1][c]) <= 0x1p-22f * out[0][c]);
+    }
+}
+
+/* Powers and places at the ends of what numbers hold, and channels without light or color: nothing
+ * that is not a number, and what is told has a series. */
+static void extremes_are_numbers(void **state) {
+    (void)state;
+    static const double ends[] = {0, 1e-308, 1e-160, 1e-30, 1, 1e30, 1e160, 1e300};
+    uint64_t random = 5;
+    for (int round = 0; round < 200; round++) {
+        shd_arena *arena = shd_arena_new(1 << 20);
+        shd_plan_light lights[CROWD];
+        make_crowd(&random, 1 + round % (KINDS - 1), (shd_vec3){0, 0, 0}, lights);
+        for (int j = 0; j < CROWD; j++) {
+            lights[j].position = shd_scale(lights[j].position, ends[(j + round) % 8]);
+            lights[j].gain = fmax(ends[j / 8 % 8], 1e-308);
+            for (int c = 0; c < 3; c++) lights[j].color[c] = ends[(j * (c + 1) + round / 8) % 8];
+        }
+        const shd_plan plan = {.lights = lights, .light_count = CROWD, .scale = 1};
+        const shd_bunches *bunches;
+        assert_true(shd_bunches_new(&plan, arena, &bunches));
+        const shd_far_patch patch = {.axis = any_direction(&random),
+                                     .mirror = any_direction(&random),
+                                     .radius = ends[round % 5],
+                                     .spread = {cos(0.3), sin(0.3)},
+                                     .glitter = {cos(0.5), sin(0.5)},
+                                     .diffuse = {0, round & 1 ? 0 : 1e100, ends[round % 7]},
+                                     .lobe_count = 1,
+                                     .degree = 3 + round % 2,
+                                     .shininess = {ends[round % 6]},
+                                     .specular = {{0, 1, 1e60}}};
+        uint32_t places[CROWD];
+        for (uint32_t j = 0; j < CROWD; j++) places[j] = j;
+        shd_far_look looks[CROWD];
+        shd_far_sums sums = {{0, 0, 0}, 0};
+        shd_far_kernel_of(SHD_PORTABLE)->look(bunches, &patch, places, CROWD, looks, &sums);
+        for (int j = 0; j < CROWD; j++) {
+            const shd_plan_light *light = &lights[bunches->lights[j]];
+            assert_true(looks[j].rest >= 0 && looks[j].gleam >= 0 && looks[j].certain >= 0 &&
+                        looks[j].most >= 0);
+            if (looks[j].told)
+                assert_true(shd_far_rest(light, shd_length(light->position), patch.radius,
+                                         patch.degree) < INFINITY);
         }
         shd_arena_drop(arena);
     }
@@ -270,10 +348,10 @@ static void near_lights_are_refused(void **state) {
     uint64_t random = 1;
     for (int kind = 1; kind < KINDS; kind++) {
         shd_plan_light light = any_light(&random, kind, 1);
-        assert_false(shd_far_rest(&light, 1, 0.5) < INFINITY);
-        assert_false(shd_far_rest(&light, 0, 0) < INFINITY);
+        assert_false(shd_far_rest(&light, 1, 0.5, 4) < INFINITY);
+        assert_false(shd_far_rest(&light, 0, 0, 3) < INFINITY);
         light.min_distance = 0.95; /* it bends where light stops growing */
-        if (light.attenuated) assert_false(shd_far_rest(&light, 1, 0.1) < INFINITY);
+        if (light.attenuated) assert_false(shd_far_rest(&light, 1, 0.1, 4) < INFINITY);
     }
 }
 
@@ -283,6 +361,8 @@ int main(void) {
         cmocka_unit_test(lights_add_up_by_their_colors),
         cmocka_unit_test(bunches_are_their_lights_together),
         cmocka_unit_test(kernels_agree_about_lights),
+        cmocka_unit_test(what_is_told_can_be_shifted),
+        cmocka_unit_test(extremes_are_numbers),
         cmocka_unit_test(near_lights_are_refused),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

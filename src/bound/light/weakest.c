@@ -7,15 +7,6 @@ enum {
     MOST_KNOWN = 256 /* lights of which it is kept how much they add */
 };
 
-int shd_strength_step(double most, double tolerance) {
-    if (!(most <= tolerance)) return STEPS; /* also if it is not a number */
-    const double share = most / tolerance;
-    if (share == 0) return 0; /* it has no exponent */
-    int exponent;
-    frexp(share, &exponent); /* (0, 1] has exponents up to 1 */
-    return exponent < 2 - STEPS ? 0 : exponent + STEPS - 2;
-}
-
 /* The least that is seen of the patch, in any channel, by constant terms and diffuse light. */
 static double least_seen(const shd_plan *plan, const shd_plan_material *material,
                          const shd_patch *patch, const uint32_t *in, size_t count) {

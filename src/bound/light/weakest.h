@@ -1,6 +1,7 @@
 /* The lights that a budget leaves out of a patch of surface. */
 #pragma once
 
+#include "base/bits.h"
 #include "plan/plan.h"
 
 /* What may be left out of each channel of a patch of an object's surface: `tolerance`, and
@@ -18,4 +19,10 @@ enum { SHD_STRENGTH_STEPS = 64 };
 
 /* Which of so many powers of two a share of the room is in, 0 the least; SHD_STRENGTH_STEPS: it is
  * more than all of it, or not a number. One pass sorts lights well enough by it. */
-int shd_strength_step(double most, double room);
+static inline int shd_strength_step(double most, double room) {
+    if (!(most <= room)) return SHD_STRENGTH_STEPS;
+    /* Shares in (1/2, 1) have the exponent 1022, and 0 has 0. */
+    const int exponent = (int)(shd_bits64_of(most / room) >> 52) - 1022;
+    if (exponent > 1) return SHD_STRENGTH_STEPS; /* both are infinite */
+    return exponent < 2 - SHD_STRENGTH_STEPS ? 0 : exponent + SHD_STRENGTH_STEPS - 2;
+}

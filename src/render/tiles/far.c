@@ -7,9 +7,10 @@
 #include "bound/light/pieces.h"
 #include "bound/light/weakest.h"
 
-/* Of the room: of bunches, of all lights of a patch that has parts, and of all. The rest is for
- * lights that are dropped. */
-static const double BUNCH_SHARE = 0.4, WHOLE_SHARE = 0.7, SHARE = 0.95;
+/* Of the room: of bunches, of all lights of a patch that has parts, of those of others, and of all
+ * with what highlights of dull lights add. The rest is for lights that are dropped. */
+static const double BUNCH_SHARE = 0.4, FAR_SHARE[SHD_AFAR_LEVELS] = {0.15, 0.35, 0.85},
+                    SHARE = 0.95;
 
 enum {
     BUNCH_PAYS = 160, /* points times lights that cost as much as a bunch of lights */
@@ -27,6 +28,7 @@ typedef struct seeker {
     shd_plan_light falls[SHD_FALLS]; /* as in the bunches, at places that are looked at */
     double rate;           /* the most that may be left out of a light, as a share of it */
     const shd_afar *whole; /* or NULL */
+    bool parts;            /* parts of the patch are looked at later */
     shd_afar_scratch *scratch;
     shd_afar *out;
     size_t place_count; /* of single lights to look at, in scratch->places */
@@ -34,17 +36,17 @@ typedef struct seeker {
     size_t taken_bunches, taken_lights;
     shd_far_patch lanes; /* the same for kernels */
     double before;       /* what `whole` has spent */
-    double spent, taken_least[3], least[3];
-    double taken_most, most; /* diffuse light of all lights, in the brightest channel, at most */
+    double spent;
+    shd_far_sums taken, all; /* of lights that are taken, and of all */
 } seeker;
 
 /* What a light does at the patch, or all lights in a ball around its place. */
 typedef struct look {
-    bool behind;     /* exactly nothing */
-    double least[3]; /* diffuse light, at all points; 0 if it may be behind some of them */
-    double rest;     /* what of the color is left out if it is taken; infinite: it may not be */
-    double shown;    /* what its light adds to the color, about */
-    double most;     /* diffuse light in any channel */
+    bool behind; /* exactly nothing */
+    shd_far_sums sums;
+    double rest;  /* as in shd_far_look */
+    double shown; /* what its light adds to the color, about, weighed as that is */
+    bool told;
 } look;
 
 /* ---- Looking. ---- */
@@ -64,11 +66,12 @@ static bool is_plain(const shd_plan_light *light, const shd_lit *lit) {
 /* The most that is left out of N.E. */
 static double rest_of(const seeker *s, const shd_plan_light *light, double radius) {
     static const double NEAREST = 1e-30, FARTHEST = 1e30;
-    if (light->directional) return shd_far_rest(light, 1, s->radius) * (1 + SHD_PIECE_MARGIN);
+    if (light->directional)
+        return shd_far_rest(light, 1, s->radius, s->out->far.degree) * (1 + SHD_PIECE_MARGIN);
     const double distance = shd_plan_length(shd_sub(light->position, s->patch->center));
     if (!(distance > NEAREST && distance < FARTHEST)) return INFINITY;
-    return shd_far_rest(light, distance, s->radius + radius) * shd_attenuation(light, distance) *
-           (1 + SHD_PIECE_MARGIN);
+    return shd_far_rest(light, distance, s->radius + radius, s->out->far.degree) *
+           shd_attenuation(light, distance) * (1 + SHD_PIECE_MARGIN);
 }
 
 /* `light` stands for all lights within `radius` of it, whose colors are `strength` together, over
@@ -76,30 +79,29 @@ static double rest_of(const seeker *s, const shd_plan_light *light, double radiu
 static look look_at(seeker *s, const shd_plan_light *light, double radius,
                     const double strength[3]) {
     static const double CLEAR = 1e-4;
-    const shd_plan_material *material = s->material;
-    look l = {.rest = INFINITY};
+    const shd_far_patch *p = &s->lanes;
+    look l = {.rest = 0};
     shd_lit lit;
     s->piece.radius = s->radius + radius;
     l.behind = !shd_piece_lit(s->plan->scene, &s->piece, light, 0, &lit);
     if (l.behind) return l;
-    for (int c = 0; c < 3; c++)
-        l.most = shd_larger(l.most, fabs(strength[c]) * lit.factor_high * lit.facing_high);
-    if (!(lit.facing_low > CLEAR) || !is_plain(light, &lit)) return l;
-    const double certain = lit.factor_low * lit.facing_low, rest = rest_of(s, light, radius);
-    for (int c = 0; c < 3; c++) l.least[c] = strength[c] * certain;
-    if (!(rest < INFINITY)) return l;
-    double shone[3] = {0, 0, 0};
-    for (size_t k = 0; k < material->lobe_count; k++) {
-        const shd_plan_lobe *lobe = &material->lobes[k];
-        const double power = shd_shine_most(lit.shine_high, lobe->shininess) * lit.factor_high;
-        for (int c = 0; c < 3; c++) shone[c] += fabs(lobe->specular[c]) * power;
+    const double certain = lit.factor_low * lit.facing_low,
+                 whole = lit.factor_high * lit.facing_high;
+    const bool clear = lit.facing_low > CLEAR && is_plain(light, &lit);
+    double off = clear ? rest_of(s, light, radius) : INFINITY;
+    l.told = off < INFINITY && off <= whole;
+    off = shd_smaller(off, whole);
+    double lobes[3] = {0, 0, 0};
+    for (size_t k = 0; k < p->lobe_count; k++) {
+        const double power = shd_shine_most(lit.shine_high, p->shininess[k]) * lit.factor_high;
+        for (int c = 0; c < 3; c++) lobes[c] += p->specular[k][c] * power;
     }
-    const double about = 0.5 * (certain + lit.factor_high * lit.facing_high);
-    l.rest = 0;
     for (int c = 0; c < 3; c++) {
-        const double kd = fabs(material->diffuse[c]);
-        l.rest = shd_larger(l.rest, strength[c] * (kd * rest + shone[c]));
-        l.shown = shd_larger(l.shown, strength[c] * kd * about);
+        const double color = fabs(strength[c]);
+        l.sums.most = shd_larger(l.sums.most, color * whole);
+        l.sums.least[c] = clear ? strength[c] * certain : 0;
+        l.rest = shd_larger(l.rest, color * (p->diffuse[c] * off + lobes[c]));
+        l.shown = shd_larger(l.shown, color * p->diffuse[c] * 0.5 * (certain + whole));
     }
     return l;
 }
@@ -110,33 +112,29 @@ static look look_at_bunch(seeker *s, const shd_bunch *bunch) {
     return look_at(s, as, bunch->radius, bunch->strength);
 }
 
-/* What may be left out of each channel: see weakest.h. Sums are rounded to f32 once more by each of
- * two polynomials. That is a part of what is seen, or of the most that may be. */
-static double room_of(const shd_plan *plan, const shd_plan_material *material,
-                      const double light[3], double most) {
+/* What may be left out of each channel, weighed: see weakest.h. Sums are rounded to f32 once more
+ * by each of two polynomials. That is a part of what is seen, or of the most that may be. */
+static double room_of(const seeker *s, const shd_far_sums *light) {
     static const double ROUNDING = 0x1p-22, OWN = 1e-3 /* errors of the picture */;
-    double least = INFINITY, brightest = 0;
+    const shd_plan *plan = s->plan;
+    const bool relative = plan->drop_relative > ROUNDING;
+    double room = INFINITY;
     for (int c = 0; c < 3; c++) {
-        least = shd_smaller(least, material->constant[c] + material->diffuse[c] * light[c]);
-        brightest = shd_larger(brightest, fabs(material->diffuse[c]));
+        const double kd = s->material->diffuse[c],
+                     seen = s->material->constant[c] + kd * light->least[c],
+                     own = relative
+                               ? (plan->drop_relative - ROUNDING) * (1 - OWN) * shd_larger(seen, 0)
+                               : -ROUNDING * fabs(kd) * light->most;
+        room = shd_smaller(room, s->out->weight[c] * (plan->drop_tolerance + own));
     }
-    if (!(plan->drop_relative > ROUNDING))
-        return shd_larger(plan->drop_tolerance - ROUNDING * brightest * most, 0);
-    return plan->drop_tolerance +
-           (plan->drop_relative - ROUNDING) * (1 - OWN) * shd_larger(least, 0);
+    return shd_larger(room, 0);
 }
 
 /* ---- Taking. ---- */
 
-static void take(seeker *s, const look *l) {
-    s->spent += l->rest;
-    s->taken_most += l->most;
-    for (int c = 0; c < 3; c++) s->taken_least[c] += l->least[c];
-}
-
-static void count_light(seeker *s, const look *l) {
-    s->most += l->most;
-    for (int c = 0; c < 3; c++) s->least[c] += l->least[c];
+static void add_sums(const shd_far_sums *from, shd_far_sums *to) {
+    to->most += from->most;
+    for (int c = 0; c < 3; c++) to->least[c] += from->least[c];
 }
 
 static void visit_bunch(seeker *s, uint32_t index) {
@@ -149,9 +147,10 @@ static void visit_bunch(seeker *s, uint32_t index) {
     const look l = look_at_bunch(s, bunch);
     if (l.behind) return;
     if (s->points * (bunch->end - bunch->first) >= BUNCH_PAYS && l.rest <= s->rate * l.shown) {
-        count_light(s, &l);
-        take(s, &l);
-        s->scratch->taken[s->taken_bunches++] = index;
+        add_sums(&l.sums, &s->all);
+        add_sums(&l.sums, &s->taken);
+        s->spent += l.rest;
+        if (l.told) s->scratch->taken[s->taken_bunches++] = index;
         return;
     }
     visit_bunch(s, bunch->parts);
@@ -163,44 +162,44 @@ static void visit_bunch(seeker *s, uint32_t index) {
 static void visit_bunches(seeker *s) {
     s->place_count = s->taken_bunches = 0;
     s->spent = 0;
-    s->taken_most = s->most = s->whole ? s->whole->most : 0;
-    for (int c = 0; c < 3; c++)
-        s->taken_least[c] = s->least[c] = s->whole ? s->whole->certain[c] : 0;
+    s->taken = s->all = s->whole ? s->whole->sums : (shd_far_sums){{0, 0, 0}, 0};
     for (size_t r = 0; r < s->bunches->roots && !s->whole; r++) visit_bunch(s, (uint32_t)r);
-}
-
-static look look_of(const seeker *s, const shd_far_look *from, uint32_t place) {
-    look l = {.rest = from->rest, .most = from->most};
-    for (int c = 0; c < 3; c++) l.least[c] = s->bunches->rows[8 + c][place] * from->certain;
-    return l;
 }
 
 /* Lights of steps below `full` are taken, and as many of that one as `left` lets. */
 typedef struct filling {
-    double room, left;
+    double left;
     int full;
 } filling;
 
-static filling fill_room(const shd_far_look *looks, size_t count, double room) {
-    filling f = {.room = room, .left = room * (1 - 1e-9)}; /* for the sums' own rounding */
-    double sums[SHD_STRENGTH_STEPS] = {0};
-    for (size_t i = 0; i < count && room > 0; i++) {
-        const int step =
-            looks[i].behind ? SHD_STRENGTH_STEPS : shd_strength_step(looks[i].rest, room);
-        if (step < SHD_STRENGTH_STEPS) sums[step] += looks[i].rest;
+/* Sets the lights' steps, too. */
+static filling fill_room(const shd_far_look *looks, size_t count, double room, uint8_t *steps) {
+    filling f = {.left = room * (1 - 1e-9)}; /* for the sums' own rounding */
+    double sums[SHD_STRENGTH_STEPS + 1] = {0};
+    for (size_t i = 0; i < count; i++) {
+        steps[i] = (uint8_t)(room > 0 && !looks[i].behind ? shd_strength_step(looks[i].rest, room)
+                                                          : SHD_STRENGTH_STEPS);
+        sums[steps[i]] += looks[i].rest;
     }
     for (; f.full < SHD_STRENGTH_STEPS && sums[f.full] <= f.left; f.full++) f.left -= sums[f.full];
     return f;
 }
 
-static bool fits(filling *f, double rest) {
-    if (!(f->room > 0)) return false;
-    const int step = shd_strength_step(rest, f->room);
-    if (step == SHD_STRENGTH_STEPS || step > f->full) return false;
+static bool fits(filling *f, double rest, int step) {
     if (step < f->full) return true;
-    if (!(rest <= f->left)) return false;
+    if (step > f->full || step == SHD_STRENGTH_STEPS || !(rest <= f->left)) return false;
     f->left -= rest;
     return true;
+}
+
+static void add_taken(seeker *s, const shd_far_look *from, uint32_t place) {
+    double brightest = 0;
+    for (int c = 0; c < 3; c++) {
+        const double color = s->bunches->rows[8 + c][place];
+        s->taken.least[c] += color * from->certain;
+        brightest = shd_larger(brightest, color);
+    }
+    s->taken.most += brightest * from->most;
 }
 
 /* Takes the single lights that leave out least, as long as all that is left out is within a share
@@ -210,25 +209,23 @@ static void visit_lights(seeker *s, double share) {
     const size_t count = s->whole ? s->whole->open_count : s->place_count;
     uint32_t *const taken = s->scratch->taken + s->taken_bunches;
     shd_far_look *looks = s->scratch->looks;
-    shd_far_kernel_of(s->plan->isa)->look(s->bunches, &s->lanes, places, count, looks);
-    for (size_t i = 0; i < count; i++) {
-        if (looks[i].behind) continue;
-        const look l = look_of(s, &looks[i], places[i]);
-        count_light(s, &l);
-    }
-    s->out->room = room_of(s->plan, s->material, s->least, s->most);
+    uint8_t *steps = s->scratch->steps;
+    shd_far_kernel_of(s->plan->isa)->look(s->bunches, &s->lanes, places, count, looks, &s->all);
+    s->out->room = room_of(s, &s->all);
     if (s->whole) s->out->room = shd_larger(s->out->room, s->whole->room);
-    filling f = fill_room(looks, count, share * s->out->room - s->before - s->spent);
-    s->taken_lights = s->out->open_count = 0;
+    filling f = fill_room(looks, count, share * s->out->room - s->before - s->spent, steps);
+    s->taken_lights = s->out->open_count = s->out->dull_count = 0;
     for (size_t i = 0; i < count; i++) {
-        if (looks[i].behind) continue;
-        if (fits(&f, looks[i].rest)) {
-            const look l = look_of(s, &looks[i], places[i]);
-            take(s, &l);
-            taken[s->taken_lights++] = places[i];
-        } else {
+        const shd_far_look *l = &looks[i];
+        if (l->behind) continue;
+        if (!fits(&f, l->rest, steps[i])) {
+            s->scratch->gleam[s->out->open_count] = l->gleam;
             s->out->open[s->out->open_count++] = places[i];
+            continue;
         }
+        s->spent += l->rest;
+        if (l->told) taken[s->taken_lights++] = places[i];
+        if (s->parts) add_taken(s, l, places[i]);
     }
 }
 
@@ -243,12 +240,32 @@ static void visit_alone(seeker *s, double share) {
         if (s->points >= ALONE_PAYS) l = look_at(s, light, 0, light->color);
         if (l.behind) continue;
         if (s->before + s->spent + l.rest <= share * s->out->room) {
-            take(s, &l);
-            shd_far_add(light, &s->out->far);
+            add_sums(&l.sums, &s->taken);
+            s->spent += l.rest;
+            if (l.told) shd_far_add(light, &s->out->far);
         } else {
             s->out->alone[s->out->alone_count++] = lights[i];
         }
     }
+}
+
+/* Parts lights that are left by whether their highlights may be left out, an equal share of what is
+ * left of the room for each. */
+static void part_dull(seeker *s) {
+    shd_afar *out = s->out;
+    const double left = SHARE * out->room - s->before - s->spent,
+                 most = out->open_count ? left / (double)out->open_count : 0;
+    size_t kept = 0;
+    for (size_t i = 0; i < out->open_count; i++) {
+        const double gleam = s->scratch->gleam[i];
+        if (gleam <= most) {
+            s->spent += gleam;
+            out->dull[out->dull_count++] = out->open[i];
+        } else {
+            out->open[kept++] = out->open[i];
+        }
+    }
+    out->open_count = kept;
 }
 
 static shd_far_patch lanes_of(const seeker *s) {
@@ -259,18 +276,41 @@ static shd_far_patch lanes_of(const seeker *s) {
                        .radius = s->radius,
                        .spread = s->piece.spread,
                        .glitter = s->piece.glitter,
-                       .lobe_count = material->lobe_count};
-    for (int c = 0; c < 3; c++) p.diffuse[c] = fabs(material->diffuse[c]);
+                       .lobe_count = material->lobe_count,
+                       .degree = s->out->far.degree};
+    const double *weight = s->out->weight;
+    for (int c = 0; c < 3; c++) p.diffuse[c] = fabs(material->diffuse[c]) * weight[c];
     for (size_t k = 0; k < p.lobe_count; k++) {
         p.shininess[k] = material->lobes[k].shininess;
-        for (int c = 0; c < 3; c++) p.specular[k][c] = fabs(material->lobes[k].specular[c]);
+        for (int c = 0; c < 3; c++)
+            p.specular[k][c] = fabs(material->lobes[k].specular[c]) * weight[c];
     }
     return p;
 }
 
+/* What channels are weighed by, so that none has less room than another one, if light is about what
+ * all bunches send to the patch from where they are. Any weights would do. */
+static void weigh_channels(const seeker *s, double weight[3]) {
+    static const double MOST = 1e100;
+    double light[3] = {0, 0, 0};
+    for (size_t r = 0; r < s->bunches->roots; r++) {
+        const shd_bunch *bunch = &s->bunches->list[r];
+        const double away = shd_plan_length(shd_sub(bunch->center, s->patch->center)),
+                     fall = shd_attenuation(&s->bunches->falls[bunch->fall],
+                                            shd_larger(away, 0.5 * bunch->radius));
+        for (int c = 0; c < 3; c++) light[c] += 0.25 * fall * bunch->strength[c];
+    }
+    for (int c = 0; c < 3; c++) {
+        const double seen = s->material->constant[c] + s->material->diffuse[c] * light[c],
+                     room = s->plan->drop_tolerance + s->plan->drop_relative * shd_larger(seen, 0);
+        weight[c] = room > 1 / MOST && room < MOST ? 1 / room : 1;
+    }
+}
+
 void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, const shd_patch *patch,
-                   size_t points, const shd_afar *whole, shd_afar_scratch *scratch, shd_afar *out) {
-    enum { TRIES = 4, WHOLE_POINTS = 256 };
+                   size_t points, int level, const shd_afar *whole, shd_afar_scratch *scratch,
+                   shd_afar *out) {
+    enum { TRIES = 4 };
     static const double FIRST = 0.02; /* the share that is tried if none is known */
     const shd_bunches *bunches = plan->bunches;
     seeker s = {.plan = plan,
@@ -282,39 +322,53 @@ void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, cons
                 .points = points,
                 .rate = plan->drop_relative > 0 ? 2 * plan->drop_relative : FIRST,
                 .whole = whole,
+                .parts = level + 1 < SHD_AFAR_LEVELS,
                 .scratch = scratch,
                 .out = out};
     memcpy(s.falls, bunches->falls, sizeof s.falls);
+    out->far = (shd_far){
+        .center = patch->center, .channels = plan->grey_lights ? 1 : 3, .degree = level ? 3 : 4};
+    if (whole)
+        memcpy(out->weight, whole->weight, sizeof out->weight);
+    else
+        weigh_channels(&s, out->weight);
     s.lanes = lanes_of(&s);
-    out->far = (shd_far){.center = patch->center, .channels = plan->grey_lights ? 1 : 3};
     s.before = whole ? whole->spent : 0;
     for (int t = 0; t < TRIES; t++) {
         visit_bunches(&s);
-        const double most = BUNCH_SHARE * room_of(plan, material, s.least, s.most);
+        const double most = BUNCH_SHARE * room_of(&s, &s.all);
         if (s.spent <= most) break;
         s.rate *= t + 2 < TRIES && most > 0 ? 0.8 * most / s.spent : 0;
     }
-    const double share = points >= WHOLE_POINTS && !whole ? WHOLE_SHARE : SHARE;
-    visit_lights(&s, share);
-    visit_alone(&s, share);
+    visit_lights(&s, FAR_SHARE[level]);
+    visit_alone(&s, FAR_SHARE[level]);
+    if (!s.parts) part_dull(&s);
     out->spent = s.before + s.spent;
-    out->most = s.taken_most;
-    memcpy(out->certain, s.taken_least, sizeof out->certain);
+    out->sums = s.taken;
     for (size_t i = 0; i < s.taken_bunches; i++)
         shd_far_add_bunch(bunches, &bunches->list[scratch->taken[i]], &out->far);
     shd_far_kernel_of(plan->isa)->add(bunches, scratch->taken + s.taken_bunches, s.taken_lights,
                                       &out->far);
+    if (whole && whole->far.lights) shd_far_shift(&whole->far, &out->far);
 }
 
-size_t shd_afar_list(const shd_plan *plan, const shd_afar *afar, const uint32_t *lights,
+double shd_afar_left(const shd_afar *afar) {
+    const double *w = afar->weight;
+    return (afar->room - afar->spent) / shd_larger(w[0], shd_larger(w[1], w[2]));
+}
+
+size_t shd_afar_list(const shd_plan *plan, const shd_afar *afar, bool dull, const uint32_t *lights,
                      size_t count, shd_afar_scratch *scratch, uint32_t *out) {
     uint64_t *bits = scratch->bits;
+    const uint32_t *places = dull ? afar->dull : afar->open;
+    const size_t place_count = dull ? afar->dull_count : afar->open_count,
+                 alone_count = dull ? 0 : afar->alone_count;
     memset(bits, 0, (plan->light_count + 63) / 64 * sizeof *bits);
-    for (size_t i = 0; i < afar->open_count; i++) {
-        const uint32_t light = plan->bunches->lights[afar->open[i]];
+    for (size_t i = 0; i < place_count; i++) {
+        const uint32_t light = plan->bunches->lights[places[i]];
         bits[light / 64] |= UINT64_C(1) << light % 64;
     }
-    for (size_t i = 0; i < afar->alone_count; i++)
+    for (size_t i = 0; i < alone_count; i++)
         bits[afar->alone[i] / 64] |= UINT64_C(1) << afar->alone[i] % 64;
     size_t kept = 0;
     if (count == plan->light_count) {
@@ -330,15 +384,21 @@ size_t shd_afar_list(const shd_plan *plan, const shd_afar *afar, const uint32_t 
 
 static void lay_out_open(const shd_plan *plan, shd_scratch *memory, shd_afar *out) {
     out->open = shd_scratch_take(memory, plan->bunches->light_count, sizeof *out->open);
+    out->dull = shd_scratch_take(memory, plan->bunches->light_count, sizeof *out->dull);
     out->alone = shd_scratch_take(memory, plan->bunches->alone_count, sizeof *out->alone);
 }
 
-void shd_afar_lay_out(const shd_plan *plan, shd_scratch *memory, shd_afar_scratch *out) {
+void shd_afar_lay_out(const shd_plan *plan, size_t points, shd_scratch *memory,
+                      shd_afar_scratch *out) {
+    out->rows = shd_scratch_rows32(memory, 3, points);
     const size_t lights = plan->light_count;
-    lay_out_open(plan, memory, &out->whole);
-    lay_out_open(plan, memory, &out->part);
+    for (int level = 0; level < SHD_AFAR_LEVELS; level++)
+        lay_out_open(plan, memory, &out->levels[level]);
     out->places = shd_scratch_take(memory, lights, sizeof *out->places);
     out->taken = shd_scratch_take(memory, lights, sizeof *out->taken);
+    out->gleam = shd_scratch_take(memory, lights, sizeof *out->gleam);
+    out->dull = shd_scratch_take(memory, lights, sizeof *out->dull);
+    out->steps = shd_scratch_take(memory, lights, sizeof *out->steps);
     out->looks = shd_scratch_take(memory, lights, sizeof *out->looks);
     out->bits = shd_scratch_take(memory, (lights + 63) / 64, sizeof *out->bits);
 }

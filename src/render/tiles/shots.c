@@ -118,14 +118,24 @@ static void find_kinds(const shd_scenery *scenery, shd_tile_scratch *s, block_ki
     }
 }
 
+/* The block that is the k-th one if those of a quad, of two by two, follow each other. */
+static size_t block_in_quads(const shd_survey *survey, size_t k) {
+    const size_t across = (size_t)survey->across, quads = across / 2, quad = k / 4;
+    return (2 * (quad / quads) + (k / 2 & 1)) * across + 2 * (quad % quads) + (k & 1);
+}
+
 /* Lists all pixels of blocks where something may be seen, block by block, so that a bundle's rays
- * are near to each other. */
-static void list_blocks(shd_tile tile, size_t samples, const block_kinds *kinds,
+ * are near to each other: quad by quad, if lights are told for these (light_from_afar). */
+static void list_blocks(const shd_scenery *scenery, shd_tile tile, const block_kinds *kinds,
                         shd_tile_scratch *s) {
-    const size_t blocks = (size_t)s->survey.across * (size_t)s->survey.down;
+    const size_t blocks = (size_t)s->survey.across * (size_t)s->survey.down,
+                 samples = (size_t)scenery->plan->scene->raster.samples;
+    const bool in_quads = scenery->plan->bunches;
     s->bundle_count = 0;
-    for (size_t block = 0; block < blocks; block++)
+    for (size_t k = 0; k < blocks; k++) {
+        const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
         if (kinds->center[block]) add_block(tile, block, 1, s);
+    }
     for (unsigned rule = 1; rule <= s->rule_count; rule++)
         for (size_t block = 0; block < blocks; block++) {
             if (kinds->rule[block] != rule) continue;
@@ -134,10 +144,12 @@ static void list_blocks(shd_tile tile, size_t samples, const block_kinds *kinds,
             b->rule = (uint16_t)rule;
             b->object = kinds->object[block];
         }
-    for (size_t block = 0; block < blocks; block++)
+    for (size_t k = 0; k < blocks; k++) {
+        const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
         if (s->survey.blocks[block].count && !kinds->drawn[block] && !kinds->center[block] &&
             !kinds->rule[block])
             add_block(tile, block, samples, s);
+    }
 }
 
 /* Lists the same pixels row by row, as pictures have them. */
@@ -166,7 +178,7 @@ void shd_list_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch
     if (s->survey.even && !kinds.count && !plan->bunches)
         list_rows(tile, s, samples);
     else
-        list_blocks(tile, samples, &kinds, s);
+        list_blocks(scenery, tile, &kinds, s);
 }
 
 /* ---- Chunks. ---- */

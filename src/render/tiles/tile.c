@@ -134,6 +134,16 @@ static void light_edges(const shd_scenery *scenery, const lit_run *l, shd_tile_s
     }
 }
 
+/* Adds the diffuse light of lights whose highlights are left out. */
+static void add_dull(const shd_scenery *scenery, const lit_run *l, const shd_points32 *points,
+                     shd_tile_scratch *s) {
+    const int channels = scenery->plan->grey_lights ? 1 : 3;
+    shd_light_dull32(scenery->lighting, l->material, s->afar.dull, s->afar.dull_count, points,
+                     s->afar.rows);
+    for (int c = 0; c < channels; c++)
+        for (size_t i = 0; i < l->count; i++) s->outs[c][i] += s->afar.rows[c][i];
+}
+
 /* Lights a run for a plane and those that share its sums: s->sums. */
 static void sum_lights(const shd_scenery *scenery, const lit_run *l, size_t plane,
                        shd_tile_scratch *s) {
@@ -152,10 +162,10 @@ static void sum_lights(const shd_scenery *scenery, const lit_run *l, size_t plan
     shd_light_sums32(scenery->lighting, l->material, l->which, l->lights, &points,
                      l->material->has_diffuse ? s->outs : NULL, s->outs + 3, s->edges);
     light_edges(scenery, l, s);
-    for (int k = 0; plane == 0 && k < 2; k++)
-        if (s->far[k] && s->far[k]->lights)
-            shd_far_kernel_of(plan->isa)->light(plan, s->far[k], l->count, points.position,
-                                                points.low, points.normal, s->outs);
+    if (plane == 0 && s->afar.dull_count) add_dull(scenery, l, &points, s);
+    if (plane == 0 && s->far && s->far->lights)
+        shd_far_kernel_of(plan->isa)->light(plan, s->far, l->count, points.position, points.low,
+                                            points.normal, s->outs);
     if (l->material->textures)
         shd_textured_sums(scenery, l->material, plane, l->first, l->count, s);
 }
@@ -233,53 +243,74 @@ static void cull_open(const shd_scenery *scenery, const shd_patch *patch, const 
     enum { MANY = 128 }; /* points that make it pay to look at each light */
     const shd_plan *plan = scenery->plan;
     const size_t object = (size_t)l->hits->object[l->first];
-    l->lights = shd_afar_list(plan, afar, l->which, l->lights, &s->afar, s->which);
+    s->afar.dull_count =
+        shd_afar_list(plan, afar, true, l->which, l->lights, &s->afar, s->afar.dull);
+    l->lights = shd_afar_list(plan, afar, false, l->which, l->lights, &s->afar, s->which);
     l->which = s->which;
     if (l->count < MANY) return;
     l->lights = shd_plan_cull(plan, patch, s->which, l->lights, s->which);
-    l->lights =
-        shd_drop_weakest(plan, object, patch, afar->room - afar->spent, s->which, l->lights);
+    l->lights = shd_drop_weakest(plan, object, patch, shd_afar_left(afar), s->which, l->lights);
 }
 
-/* How many hits from the run's `at` on are of the same bundle. Their shots follow each other. */
-static size_t bundle_of(const lit_run *l, size_t at, const shd_chunk *c) {
+/* Which quad of blocks a bundle is in. */
+static size_t quad_of(const shd_survey *survey, const shd_bundle *bundle) {
+    const size_t block = (size_t)(bundle->block - survey->blocks), across = (size_t)survey->across;
+    return block / across / 2 * across + block % across / 2;
+}
+
+/* How many hits from the run's `at` on are of the same bundle, or of bundles of the same quad of
+ * blocks. Their shots follow each other. */
+static size_t part_of(const lit_run *l, size_t at, const shd_chunk *c, bool quad,
+                      const shd_survey *survey) {
     const uint32_t *shots = l->hits->shot + l->first;
-    size_t end = 0, count = 0;
-    for (size_t b = 0; b < c->count && shots[at] >= end; b++)
+    size_t end = 0, count = 0, b = 0;
+    for (; b < c->count && shots[at] >= end; b++)
+        end += (size_t)c->bundles[b].count * c->bundles[b].samples;
+    for (const size_t first = quad_of(survey, &c->bundles[b - 1]);
+         quad && b < c->count && quad_of(survey, &c->bundles[b]) == first; b++)
         end += (size_t)c->bundles[b].count * c->bundles[b].samples;
     while (at + count < l->count && shots[at + count] < end) count++;
     return count;
 }
 
-/* Lights a run for plane 0 by bunches of lights that are far from all of it, or from blocks of it:
- * what a block leaves out depends on what its tile shows, and on nothing else. */
+/* Lights what no further part of is looked at. */
+static void light_rest(const shd_scenery *scenery, const lit_run *l, const shd_patch *patch,
+                       const shd_afar *found, shd_tile_scratch *s) {
+    lit_run rest = *l;
+    cull_open(scenery, patch, found, &rest, s);
+    s->far = &found->far;
+    sum_lights(scenery, &rest, 0, s);
+    s->far = NULL;
+    s->afar.dull_count = 0;
+}
+
+/* Lights a run for plane 0 by bunches of lights that are far from all of it, or from quads of
+ * blocks of it, or from blocks: what a block leaves out depends on what its tile shows, and on
+ * nothing else. `whole`: what was found of what it is part of, or NULL. */
 static void light_from_afar(const shd_scenery *scenery, const lit_run *l, const shd_chunk *chunk,
-                            shd_tile_scratch *s) {
-    enum { WIDE = 256, FEW = 24 }; /* points; lights */
+                            int level, const shd_afar *whole, shd_tile_scratch *s) {
+    enum { FEW = 24 };                                          /* lights */
+    static const size_t least[SHD_AFAR_LEVELS] = {256, 128, 1}; /* points that it pays for */
+    const int last = SHD_AFAR_LEVELS - 1;
     const shd_plan *plan = scenery->plan;
-    shd_afar *whole = &s->afar.whole, *part = &s->afar.part;
-    const shd_patch patch = patch_of(scenery, l);
-    const bool wide = l->count >= WIDE && patch.cos_spread > 0;
-    if (wide) shd_afar_find(plan, l->material, &patch, l->count, NULL, &s->afar, whole);
-    s->far[0] = wide ? &whole->far : NULL;
-    if (wide && whole->open_count + whole->alone_count <= FEW) {
-        lit_run all = *l;
-        cull_open(scenery, &patch, whole, &all, s);
-        sum_lights(scenery, &all, 0, s);
-        s->far[0] = NULL;
-        return;
+    shd_afar *found = &s->afar.levels[level];
+    if (l->count >= least[level]) {
+        const shd_patch patch = patch_of(scenery, l);
+        if (level == last || patch.cos_spread > 0) {
+            shd_afar_find(plan, l->material, &patch, l->count, level, whole, &s->afar, found);
+            whole = found;
+        }
+        if (level == last || (whole && whole->open_count + whole->alone_count <= FEW)) {
+            light_rest(scenery, l, &patch, whole, s);
+            return;
+        }
     }
-    s->far[1] = &part->far;
     for (size_t at = 0; at < l->count && !shd_is_cancelled(plan->cancelled);) {
-        lit_run block = *l;
-        block.first += at;
-        at += block.count = bundle_of(l, at, chunk);
-        const shd_patch small = patch_of(scenery, &block);
-        shd_afar_find(plan, l->material, &small, block.count, wide ? whole : NULL, &s->afar, part);
-        cull_open(scenery, &small, part, &block, s);
-        sum_lights(scenery, &block, 0, s);
+        lit_run part = *l;
+        part.first += at;
+        at += part.count = part_of(l, at, chunk, level + 1 < last, &s->survey);
+        light_from_afar(scenery, &part, chunk, level + 1, whole, s);
     }
-    s->far[0] = s->far[1] = NULL;
 }
 
 /* Whether lights may be lit from afar. Room is a share of light, of which a pattern may show less.
@@ -319,7 +350,7 @@ static const shd_hits *light_hits(const shd_scenery *scenery, const shd_chunk *c
         }
         if (l.material->pointwise) shd_bent_sharpen(scenery, l.material, hits, l.first, l.count, s);
         if (is_for_bunches(plan, &l)) {
-            light_from_afar(scenery, &l, chunk, s);
+            light_from_afar(scenery, &l, chunk, 0, NULL, s);
         } else {
             cull_lights(scenery, &l, s);
             light_run(scenery, &l, 0, s);

@@ -24,7 +24,7 @@ static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_sc
     s->place = shd_scratch_take(memory, SHD_CHUNK, sizeof *s->place);
     s->starts = shd_scratch_take(memory, classes + 1, sizeof *s->starts);
     s->which = shd_scratch_take(memory, plan->light_count, sizeof *s->which);
-    if (plan->bunches) shd_afar_lay_out(plan, memory, &s->afar);
+    if (plan->bunches) shd_afar_lay_out(plan, length, memory, &s->afar);
     s->run_capacity = classes < SHD_CHUNK ? classes : SHD_CHUNK;
     s->runs = shd_scratch_take(memory, s->run_capacity, sizeof *s->runs);
     if (plan->tier == SHD_EXACT)

@@ -66,8 +66,7 @@ typedef struct shd_tile_scratch {
     double **sharp;   /* [2 max_lobes + 3]: shd_points64.sharp of each hit, if lobes differ */
     uint32_t *which;  /* lights that may reach a run */
     shd_afar_scratch afar; /* of a plan that has bunches */
-    /* What lights the run beside `which`, or none. */
-    const shd_far *far[2];
+    const shd_far *far;    /* what lights the run beside `which`, or NULL */
     /* Of hits through which a transparent background may be seen: how much of a sample each one
      * covers. NULL: there are none. */
     float *alpha;
