@@ -1,12 +1,17 @@
-"""Measures how time grows with numbers: growth.py FOLDER
+"""Measures how time grows with numbers: growth.py FOLDER, or growth.py --count FOLDER
 
 Writes FOLDER/growth.md. All times are of one run, on one core: of a scene's sizes, one after the
-other, in turns. `./dev bench --growth` builds what this needs and runs it."""
+other, in turns. `./dev bench --growth` builds what this needs and runs it.
+
+With --count, writes FOLDER/growth-instructions.md: valgrind counts instructions, which no other
+program on the machine changes. `./dev bench --growth-count` does that."""
 
 import json
 import math
 import random
+import re
 import sys
+import tempfile
 from pathlib import Path
 
 import programs
@@ -80,6 +85,19 @@ def cloud(count):
         x, y, z = (draw.uniform(-1, 1) for _ in range(3))
         places += rounded((x, y, 0.3 * z, x + side, y, 0.3 * z, x, y + side, 0.3 * z))
     return scene([colored("mesh", 0, positions=places, indices=list(range(3 * count)))])
+
+
+def grid(count):
+    """A wavy sheet of so many triangles, which share their corners."""
+    side = round(math.sqrt(count / 2))
+    places, corners = [], []
+    for k in range((side + 1) ** 2):
+        x, y = k % (side + 1) / side * 2 - 1, k // (side + 1) / side * 2 - 1
+        places += rounded((x, y, 0.2 * math.sin(7 * x) * math.cos(5 * y)))
+    for k in range(side * side):
+        at = k // side * (side + 1) + k % side
+        corners += (at, at + 1, at + side + 1, at + 1, at + side + 2, at + side + 1)
+    return scene([colored("mesh", 0, positions=places, indices=corners)])
 
 
 def pictures(samples):
@@ -164,9 +182,58 @@ def report(found, machine):
     return "\n".join(lines + wanted) + "\n"
 
 
+# What is counted: the functions that begin it, and those within that are not it.
+PARTS = {"trees and rays": ("shd_sight_new", "render_tile"), "planning": ("shd_rendering_plan",),
+         "reading, without the hash": ("shd_scene_read", "shd_scene_digest")}
+
+
+def count(document, part):
+    """The instructions that `shade` takes for a part of a picture, on one thread."""
+    with tempfile.TemporaryDirectory() as folder:
+        path, found = Path(folder, "scene.json"), Path(folder, "found")
+        path.write_text(text(document).replace("@", "0"), encoding="ascii")
+        programs.run(["valgrind", "--tool=callgrind", f"--callgrind-out-file={found}",
+                      "--collect-atstart=no",
+                      *(f"--toggle-collect={name}" for name in PARTS[part]),
+                      programs.BUILD / "shade", "render", path, "-o", Path(folder, "out.png"),
+                      "--threads", 1])
+        return int(re.search(r"^(?:summary|totals): (\d+)", found.read_text(), re.M)[1]) / 1e6
+
+
+def counts():
+    """The page of instructions."""
+    parts = ("trees and rays", "planning")
+    lines = [
+        "# How instructions grow", "",
+        "What `./dev bench --growth-count` has counted: millions of instructions of `shade render`",
+        "under valgrind (which has AVX2 at most), for trees, rays and light together, and for",
+        "planning. The scenes are those of [how time grows](growth.md); what waits for memory",
+        "shows there alone.", "",
+        "| what | number | trees, rays, light | times the one before | planning |",
+        "| --- | --- | --- | --- | --- |"]
+    for name, make, numbers, step, whole in ROWS:
+        before = 0
+        for number in numbers if step or whole else ():
+            rays, plan = (count(make(number), part) for part in parts)
+            times = f"{rays / before:.2f}" if before else ""
+            lines.append(f"| {name} | {number:,} | {told(rays)} | {times} | {told(plan)} |")
+            before = rays
+    lines += ["", "A sheet of triangles in one mesh, its text read without what its digest takes:", "",
+              "| triangles | reading | trees, rays, light | planning |", "| --- | --- | --- | --- |"]
+    for number in (10000, 100000, 1000000):
+        document = grid(number)
+        reading, rays, plan = (
+            count(document, part) for part in ("reading, without the hash", *parts))
+        lines.append(f"| {number:,} | {told(reading)} | {told(rays)} | {told(plan)} |")
+    return "\n".join(lines) + "\n"
+
+
 def main():
     folder = Path(sys.argv[-1])
     programs.WORK.mkdir(parents=True, exist_ok=True)
+    if "--count" in sys.argv:
+        (folder / "growth-instructions.md").write_text(counts(), encoding="utf-8")
+        return
     raise_priority()
     page = report(measure(), programs.machine())
     (folder / "growth.md").write_text(page, encoding="utf-8")
