@@ -250,10 +250,13 @@ static double light_of(const shd_plan *plan, size_t index, const shd_kernel_cost
             tier == SHD_EXACT ? (double)lit->light_count : told_lights(plan, index, area);
         return sample + lights * light;
     }
+    const shd_plan_textures *textures = plan->materials[lit->material].textures;
+    const double parts = textures && textures->part_count ? (double)textures->part_count : 1;
     double sum = sample;
     for (size_t j = 0; j < lit->light_count; j++)
-        sum += slower * shd_beyond_cost(plan, &plan->materials[lit->material],
-                                        &plan->lights[lit->lights[j]], tier, light / slower);
+        sum += parts * slower *
+               shd_beyond_cost(plan, &plan->materials[lit->material], &plan->lights[lit->lights[j]],
+                               tier, light / slower);
     return sum;
 }
 
