@@ -55,8 +55,9 @@ FEATURES = {
                   "shd_chart_footprint"]),
     "ambient light": ({**SPHERE, "ambient": 0.2}, ["shd_read_color"]),
     "draft": ({**SPHERE, "image": {"width": 64, "height": 64, "samples": 4}, "accuracy": {"tier": "draft"}},
-              ["shd_mean_is_central", "shd_sight_bend", "shd_spread_of"]),
-    "budgets": ({**SPHERE, "accuracy": {"maxError": 0.5}}, ["shd_plan_rank_tiers"]),
+              ["shd_mean_is_central", "shd_sight_bend", "shd_spread_of", "shd_sketch_prepare",
+               "shd_sketch_block"]),
+    "budgets": ({**SPHERE, "objects": [{"type": "torus"}], "accuracy": {"maxError": 0.5}}, ["shd_plan_rank_tiers"]),
     "the exact tier": ({**SPHERE, "accuracy": {"tier": "exact"}},
                        ["shd_light_sums64", "shd_mix_exact", "shd_sums64"]),
     "many lights": ({**SPHERE, "accuracy": {"maxError": 0.5}, "lights": [

@@ -345,7 +345,8 @@ static void budgets_take_the_cheapest_tier_that_meets_them(void **state) {
     assert_true(took[SHD_STANDARD] > 15 && took[SHD_EXACT] > 15);
 }
 
-/* With made-up tables. */
+/* With made-up tables, of what drafts draw as the standard tier does: one sample and three lobes.
+ */
 static void budgets_take_exact_where_its_lights_cost_no_more(void **state) {
     static const struct {
         shd_kernel_cost costs[SHD_EXACT + 1];
@@ -357,7 +358,8 @@ static void budgets_take_exact_where_its_lights_cost_no_more(void **state) {
     shd_request *request = read_text(
         *state, "{\"lights\": [{\"type\": \"point\", \"position\": [1, 2, 3]}, {\"type\": "
                 "\"point\", \"position\": [3, 2, 3]}], \"accuracy\": {\"maxError\": 1}, "
-                "\"objects\": [{\"type\": \"sphere\", \"material\": {\"specular\": 0.5}}]}");
+                "\"image\": {\"samples\": 1}, \"objects\": [{\"type\": \"sphere\", \"material\": "
+                "{\"specular\": 0.5, \"lobes\": [{\"specular\": 0.1}, {\"specular\": 0.1}]}}]}");
     const shd_shown *shown = NULL;
     shd_error error;
     assert_int_equal(shd_rendering_plan(&request->rendering, request->scene, &error), SHD_OK);
