@@ -60,7 +60,8 @@ static void pictures_are_the_same_and_work_is_saved(void **state) {
             if (!same_file(a, b)) fail_msg("step %zu, %s", i, tier);
             assert_int_equal(none, SHD_REUSED_NOTHING);
             /* Sketches leave neither hits nor sums. */
-            assert_int_equal(reused, k % 2 || k == 4 ? SHD_REUSED_NOTHING : steps[i].reused);
+            assert_int_equal(reused,
+                             k == 1 || k == 3 || k == 4 ? SHD_REUSED_NOTHING : steps[i].reused);
             free(a.data);
             free(b.data);
             free(json);

@@ -158,7 +158,9 @@ static void sheer_lobes_are_lit_in_f64(void **state) {
 static void hits_are_off_by_what_counts_as_a_tie(void **state) {
     (void)state;
     const double height = 3;
-    shd_scene scene = {.camera = {.position = {0, height, 0}, .projection = SHD_PERSPECTIVE}};
+    shd_material material = {.model = SHD_MODEL_PHONG};
+    shd_scene scene = {.camera = {.position = {0, height, 0}, .projection = SHD_PERSPECTIVE},
+                       .materials = &material};
     const shd_affine same = {.linear = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
     const shd_lens lens = {.camera = &scene.camera};
     const shd_item item = {.shape = SHD_DISC, .to_world = same, .from_world = same};
