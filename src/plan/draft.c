@@ -43,11 +43,14 @@ bool shd_plan_sketches(const shd_plan *plan, const shd_plan_group *group) {
     return true;
 }
 
+/* What is sketched leaves nothing for later requests, so that a picture in which other things are
+ * seen, too, would be drawn anew as a whole wherever a color changes. */
 bool shd_plan_may_sketch(const shd_plan *plan) {
+    const size_t count = plan->scene->object_count;
     if (plan->split_positions || !is_plain(plan)) return false;
-    for (size_t o = 0; o < plan->scene->object_count; o++)
-        if (is_for_drafts(plan, o) &&
-            shd_plan_sketches(plan, &plan->groups[plan->objects[o].group]))
-            return true;
-    return false;
+    for (size_t o = 0; o < count; o++)
+        if (!is_for_drafts(plan, o) ||
+            !shd_plan_sketches(plan, &plan->groups[plan->objects[o].group]))
+            return false;
+    return count > 0;
 }
