@@ -212,8 +212,10 @@ static const shd_mtl_map *find_statement(const shd_map_reader *r, shd_model_map_
 }
 
 static void apply_statement(const shd_mtl_map *said, shd_model_map *map) {
-    memcpy(map->scale, said->scale, sizeof map->scale);
-    memcpy(map->offset, said->offset, sizeof map->offset);
+    for (int k = 0; k < 2; k++) {
+        map->scale[k] = said->scale[k];
+        map->offset[k] = said->offset[k];
+    }
     map->wrap = said->clamp ? SHD_MODEL_CLAMP : SHD_MODEL_REPEAT;
     map->uneven = false;
 }
