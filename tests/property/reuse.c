@@ -99,6 +99,33 @@ static void drafts_know_ambient_light(void **state) {
     shd_engine_drop(forgets);
 }
 
+/* Budgets leave drafts different rooms, and what is left out in a larger one is not within a smaller
+ * one. One light leaves nothing else out, so that its sums are kept. */
+static void drafts_know_their_room(void **state) {
+    (void)state;
+    static const char *const most[] = {"0.05", "0.001", "0.0003"};
+    shd_engine *keeps = new_engine_that_keeps((size_t)64 << 20, 2, NULL),
+               *forgets = new_engine_that_keeps(0, 2, NULL);
+    for (int i = 0; i < 3; i++) {
+        char *json = text_of(
+            "{\"image\": {\"width\": 64, \"height\": 48}, \"accuracy\": {\"maxError\": %s, "
+            "\"metric\": \"linear\"}, \"output\": {\"format\": \"png\", \"bitDepth\": 16}, "
+            "\"lights\": [{\"type\": \"spot\", \"position\": [3, 2, 3], \"direction\": "
+            "[-3, -2, -3], \"angle\": 60, \"penumbra\": 0.2}], \"objects\": "
+            "[{\"type\": \"sphere\", \"radius\": 1.4}]}",
+            most[i]);
+        shd_reused reused;
+        file a = render(keeps, json, &reused), b = render(forgets, json, &(shd_reused){0});
+        assert_true(same_file(a, b));
+        assert_int_equal(reused, i ? SHD_REUSED_GEOMETRY : SHD_REUSED_NOTHING);
+        free(a.data);
+        free(b.data);
+        free(json);
+    }
+    shd_engine_drop(keeps);
+    shd_engine_drop(forgets);
+}
+
 /* Sums of light do not know colors, however large these are. */
 static void colors_of_any_size_keep_the_light(void **state) {
     (void)state;
@@ -281,6 +308,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(pictures_are_the_same_and_work_is_saved),
         cmocka_unit_test(drafts_know_ambient_light),
+        cmocka_unit_test(drafts_know_their_room),
         cmocka_unit_test(colors_of_any_size_keep_the_light),
         cmocka_unit_test(lists_of_lights_are_told_apart),
         cmocka_unit_test(planes_of_single_lights_are_not_kept),

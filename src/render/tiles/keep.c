@@ -142,6 +142,8 @@ static void put_lights(hash *h, const shd_plan *plan) {
                                plan->scene->light_count /* lobes are cut by it */};
     put_bytes(h, counts, sizeof counts);
     for (size_t j = 0; j < plan->light_count; j++) put_light(h, &plan->lights[j]);
+    if (shd_plan_is_draft(plan)) /* which blocks are smooth, within what a budget leaves, too */
+        put_numbers(h, (const double[]){plan->mean_room.absolute, plan->mean_room.relative}, 2);
     for (size_t g = 0; g < plan->group_count; g++) {
         if (shd_is_cancelled(plan->cancelled)) return;
         const shd_plan_group *group = &plan->groups[g];
@@ -152,7 +154,7 @@ static void put_lights(hash *h, const shd_plan *plan) {
         for (size_t k = 0; k < material->lobe_count; k++)
             put_numbers(h, &material->lobes[k].shininess, 1);
         if (material->textures) put_textures(h, material->textures);
-        if (shd_plan_is_draft(plan)) put_colors(h, material); /* which blocks are smooth */
+        if (shd_plan_is_draft(plan)) put_colors(h, material); /* the same */
         /* A material's sums leave out lights whose color it has nothing of. */
         put_count(h, group->light_count);
         put_bytes(h, group->lights, group->light_count * sizeof *group->lights);
