@@ -65,7 +65,8 @@ static shd_status walk_jpeg(const unsigned char *data, size_t size, shd_error *e
     return shd_decode_ends_early("JPEG", error);
 }
 
-/* The rows of a file whose lines go to the right. False: its head is another one. */
+/* The rows of a file whose lines go to the right, and have pixels. False: its head is another one.
+ */
 static bool find_rows(const unsigned char *data, size_t size, size_t *at, size_t *width,
                       size_t *height) {
     char line[64];
@@ -77,7 +78,7 @@ static bool find_rows(const unsigned char *data, size_t size, size_t *at, size_t
     memcpy(line, start, (size_t)(end - start));
     line[end - start] = 0;
     *at = (size_t)(end + 1 - data);
-    return sscanf(line, "%*1[+-]Y %zu +X %zu", height, width) == 2;
+    return sscanf(line, "%*1[+-]Y %zu +X %zu", height, width) == 2 && *width;
 }
 
 /* Past one row: more than `size` if there is no whole one, 0 if it is damaged. A row is packed if

@@ -179,4 +179,5 @@ def make(side, bomb):
     yield "exr", "has 4,000 channels", exr(side, side, line, channels=[b"%05d" % i for i in range(4000)])
     yield "hdr", "promises 100,000 x 100,000", hdr(huge, huge, b"")
     yield "hdr", "promises many times what it has", hdr(side, side, rows_of_hdr(side, 1))
+    yield "hdr", "promises endless rows of nothing", hdr(0, (1 << 64) - 1, bytes(8))
     yield "hdr", "has a head of 30 MB", hdr(8, 8, bytes(256)).replace(b"FORMAT", b"A=1\n" * 7500000 + b"FORMAT")

@@ -139,6 +139,9 @@ static void an_hdr_has_its_rows(void **state) {
     damaged.bytes[damaged.size - 5] = 9; /* more than there are left in the row */
     assert_int_equal(walk(&damaged, damaged.size, &error), SHD_SCENE);
     assert_non_null(strstr(error.text, "row"));
+    /* Rows that take no bytes would be walked along for ever. */
+    const file empty = make_hdr("-Y 18446744073709551615 +X 0\n", false);
+    assert_int_equal(walk(&empty, empty.size, &error), SHD_OK);
     const file turned = make_hdr("+X 10 -Y 3\n", false);
     assert_int_equal(walk(&turned, turned.size - 9, &error), SHD_OK);
 }
