@@ -65,7 +65,7 @@ static double around_cost(const shd_plan *plan, const shd_plan_material *m,
     for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
         const double exponent = t ? m->lobes[t - 1].shininess : 1;
         if (!shd_is_symmetric(m->model, t))
-            sum += WALK;
+            sum += WALK * (t && m->indices ? ceil((double)plan->bins->count / 3) : 1);
         else if (shd_find_glow(plan, m, light, t))
             sum += t ? LOBE : DIFFUSE;
         else

@@ -191,6 +191,13 @@ class Http(unittest.TestCase):
         total = self.explain(small)["milliseconds"]["total"]
         self.assertGreater(self.explain(huge)["milliseconds"]["total"], 10 * total)
 
+    def test_an_environment_is_summed_for_each_index_of_a_spectral_metal(self):
+        scene = {"image": SCENE["image"], "spectral": {"channels": 90}, "lights": [{"type": "environment", "map": "sky"}]}
+        costs = [self.explain({**scene, "objects": [{"type": "sphere", "material": {
+            "model": "cook-torrance", "diffuse": 0, "ambient": 0, "fresnel": {"n": n}}}]})["milliseconds"]["shade"]
+            for n in (1.5, "gold")]
+        self.assertAlmostEqual(costs[1] / costs[0], 30, 0)
+
     def test_words_tell_the_estimates_of_the_rest(self):
         told = self.explain(SCENE)
         said = " ".join(told["words"])
