@@ -123,7 +123,7 @@ static void consider_map(const shd_scene_writer *w, size_t material, const char 
     for (int c = 0; color && c < 3; c++) factor[c] = (double)color[c];
     if (color) take_mean(picture, color, mean);
     const char *why = kind < SHD_MAP_TAKEN ? find_obstacle(w, material, map, picture)
-                                           : "scenes have no such thing";
+                                           : "`shade import` takes none";
     if (!why) {
         *out = (shd_import_texture){.map = map,
                                     .picture = picture,

@@ -7,7 +7,7 @@
 /* ---- In the text ---- */
 
 static inline const char *skip_space(const char *at, const char *end) {
-    if (at<end && * at> ' ') return at; /* mostly there is none */
+    if (at != end && *at > ' ') return at; /* mostly there is none */
     while (at < end && (*at == ' ' || *at == '\t' || *at == '\n' || *at == '\r')) at++;
     return at;
 }
