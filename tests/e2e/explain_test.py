@@ -183,7 +183,9 @@ class Http(unittest.TestCase):
 
         beyond = self.explain({"objects": [{"type": "sphere", "material": {"emissive": 1e300}}]})
         self.assertIsNone(beyond["bound"]["linear"]["most"])
-        self.assertIn("exceed what floats hold", beyond["bound"]["linear"]["why"])
+        why = beyond["bound"]["linear"]["why"]
+        self.assertIn("exceed what floats hold", why)
+        self.assertIn(f"Error: not bounded in linear components, as {why}.", beyond["words"])
 
     def test_nothing_is_rendered(self):
         huge = {**SCENE, "image": {"width": 4096, "height": 4096, "samples": 1}}

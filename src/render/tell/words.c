@@ -36,7 +36,8 @@ const char *shd_drop_reason(unsigned drops) {
 /* What of an extended scene f32 has no kernels for. */
 static const char *why_exact(const shd_plan *plan) {
     if (plan->beyond_points)
-        return "lights with a shape, environments, traced rays, spectra and specular antialiasing";
+        return "lights with a shape, environments, traced rays, spectra, maps of normals and "
+               "specular antialiasing";
     if (!shd_isa_fuses(plan->isa)) return "models beside Phong's, of which f32's would be slower";
     return "models, lobes and cones that f32 is too coarse for";
 }
@@ -87,7 +88,7 @@ const char *shd_no_shown_bound(const shd_plan *plan) {
 
 static void say_bounds(json_t *words, const shd_explained *e) {
     const shd_plan *plan = e->plan;
-    char linear[128], codes[128];
+    char linear[256], codes[256];
     snprintf(codes, sizeof codes, "codes, as %s", shd_no_shown_bound(plan));
     snprintf(linear, sizeof linear, "linear components, as %s", shd_no_linear_bound());
     say_bound(words, plan, SHD_LINEAR, "linear components", plan->scene->working_space->name,
