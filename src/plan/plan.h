@@ -192,7 +192,7 @@ typedef struct shd_plan {
     /* [scene->material_count]: what the microgeometry of each material reflects (shade/westin.h);
      * NULL for others. NULL: there is none, or it is not simulated yet. */
     const struct shd_westin *const *westin;
-    /* [scene->material_count][SHD_ENVIRONMENTS_MOST][1 + max_lobes]: of the diffuse term and the
+    /* [shd_all_materials][SHD_ENVIRONMENTS_MOST][1 + max_lobes]: of the diffuse term and the
      * lobes under each environment; NULL: all are summed by quadrature, as in the exact tier. */
     const shd_glow *glows;
     /* [SHD_ENVIRONMENTS_MOST]: the maps of environments in blocks (shade/moments.h), where a term

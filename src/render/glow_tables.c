@@ -131,9 +131,9 @@ shd_status shd_rendering_moments(shd_rendering *r, const shd_plan *draft,
 
 shd_status shd_rendering_glows(shd_rendering *r, const shd_plan *draft, const shd_glow **out,
                                shd_error *error) {
-    const shd_scene *scene = draft->scene;
-    const shd_accuracy *accuracy = &scene->accuracy;
-    const size_t terms = 1 + draft->max_lobes, of_material = SHD_ENVIRONMENTS_MOST * terms;
+    const shd_accuracy *accuracy = &draft->scene->accuracy;
+    const size_t terms = 1 + draft->max_lobes, of_material = SHD_ENVIRONMENTS_MOST * terms,
+                 materials = shd_all_materials(draft);
     *out = NULL;
     if (accuracy->exactly || (!accuracy->budget && accuracy->tier == SHD_EXACT)) return SHD_OK;
     shd_glow *glows = NULL;
@@ -141,9 +141,9 @@ shd_status shd_rendering_glows(shd_rendering *r, const shd_plan *draft, const sh
         const shd_plan_light *light = &draft->lights[j];
         if (!light->environment) continue;
         if (!glows)
-            glows = shd_arena_zalloc(r->arena, scene->material_count, of_material * sizeof *glows);
+            glows = shd_arena_zalloc(r->arena, materials, of_material * sizeof *glows);
         if (!glows) return shd_rendering_full(r, "plan", error);
-        for (size_t m = 0; m < scene->material_count; m++) {
+        for (size_t m = 0; m < materials; m++) {
             const shd_plan_material *material = &draft->materials[m];
             for (size_t t = material->has_diffuse ? 0 : 1; t < 1 + material->lobe_count; t++) {
                 const double exponent = t ? material->lobes[t - 1].shininess : 1;

@@ -223,6 +223,30 @@ static void holes_let_all_bins_through(void **state) {
     }
 }
 
+/* What is mixed is read from the tables of environments, too, which the standard tier has. */
+static void environments_light_what_is_mixed(void **state) {
+    static const char *const materials[] = {
+        "\"specular\": 0.3, \"shininess\": 20, \"diffuse\": " LOW,
+        "\"specular\": 0.3, \"shininess\": 20, \"diffuse\": " PATTERN(LOW, LOW)};
+    for (int m = 0; m < 2; m++) {
+        drawn plain[2];
+        for (int k = 0; k < 2; k++) {
+            char *text = text_of(
+                "{\"spectral\": true, \"image\": {\"width\": 16, \"height\": 12, \"samples\": 1}, "
+                "\"lights\": [{\"type\": \"environment\", \"map\": \"sky\", \"visible\": false}, "
+                "{\"type\": \"environment\", \"map\": \"studio\", \"visible\": false}], "
+                "\"objects\": [{\"type\": \"sphere\", \"material\": {%s%s}}]}",
+                m ? models[1] : "", materials[k]);
+            plain[k] = shown_film_of(*state, text);
+            free(text);
+        }
+        assert_non_null(plain[1].request->rendering.plan->glows);
+        assert_below(film_difference(&plain[0], &plain[1]), 1e-6);
+        drop_drawn(&plain[0]);
+        drop_drawn(&plain[1]);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(patterns_mix_two_reflectances),
@@ -231,6 +255,7 @@ int main(void) {
         cmocka_unit_test(equal_colors_are_one_color),
         cmocka_unit_test(tinted_rays_mix_what_they_meet),
         cmocka_unit_test(holes_let_all_bins_through),
+        cmocka_unit_test(environments_light_what_is_mixed),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
 }
