@@ -115,9 +115,10 @@ void shd_check_surroundings(shd_reader *r, const shd_node *root) {
         for (size_t m = 0; m < scene->material_count; m++) {
             const shd_material *material = &scene->materials[m];
             if (material->model != SHD_MODEL_WESTIN) continue;
-            shd_wrong(r, &at,
-                      "an environment lights no microgeometry, and the material \"%s\" is %s",
-                      shd_quote(material->name).text, shd_model_names[material->model]);
+            const bool named = *material->name;
+            shd_wrong(r, &at, "an environment lights no microgeometry, and %s%s%s is westin",
+                      named ? "the material \"" : "a material", shd_quote(material->name).text,
+                      named ? "\"" : "");
             break;
         }
     }
