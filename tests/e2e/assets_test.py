@@ -232,7 +232,10 @@ class AssetsTest(Test):
         self.assertEqual([told[key] for key in ("coefficient", "texture", "width", "height", "levels")],
                          ["diffuse", name_of(wide), 64, 48, 7])
         self.problem(self.daemon.render(textured("brick.png")), 422, "scene", at)
-        self.problem(self.daemon.render({**scenes[0], "interpolation": "flat"}), 422, "scene", "phong")
+        self.assertEqual(self.daemon.render({**scenes[0], "interpolation": "flat"}).status, 200)
+        bumps = {**SMALL, "objects": [{"type": "sphere", "material": {"normal": {"texture": name_of(wide)}}}]}
+        self.assertEqual(self.daemon.render(bumps).status, 200)
+        self.problem(self.daemon.render({**bumps, "interpolation": "flat"}), 422, "scene", "phong")
 
     def test_any_picture_is_a_texture(self):
         broken = NOISE[:5, :7, :3] / np.float32(100)
