@@ -41,6 +41,14 @@ class VerifyTest(unittest.TestCase):
         self.assertEqual(done.returncode, status, done.stdout + done.stderr)
         return json.loads(done.stdout)
 
+    def test_right_pictures_of_drafts(self):
+        ball = {"image": {"width": 128, "height": 128}, "lights": [{"position": [-3, 2, 4, 1]}], "output": {"bitDepth": 16},
+                "objects": [{"type": "sphere", "material": {"specular": 0.4}}]}
+        for accuracy in {"tier": "draft"}, {"maxError": 0.5}:
+            told = self.verify(*self.render({**ball, "accuracy": accuracy}, "png"), "--pixels", 128 * 128)
+            self.assertTrue(told["verified"])
+            self.assertIn("tier=draft;", told["plan"])
+
     def test_right_pictures_of_all_formats(self):
         mirror = {**SCENE, "trace": {"depth": 3, "shadows": True},
                   "objects": [*SCENE["objects"], {"type": "plane", "material": {"reflection": 0.4, "diffuse": 0.3},

@@ -50,8 +50,9 @@ typedef struct range {
 
 /* ---- The exact picture ---- */
 
-static shd_status make_scene(verifying *v, const shd_scene *given, shd_format format, bool exact,
-                             const shd_scene **out, shd_error *error) {
+/* The scene in the exact tier, with the output that the picture is of and a layer of bounds. */
+static shd_status make_scene(verifying *v, const shd_scene *given, shd_format format,
+                             shd_error *error) {
     static const shd_layer bounds = {.kind = SHD_LAYER_BOUND, .name = "bound"};
     shd_scene *scene = shd_arena_alloc(v->r->arena, 1, sizeof *scene);
     shd_output *output = shd_arena_alloc(v->r->arena, 1, sizeof *output);
@@ -70,8 +71,8 @@ static shd_status make_scene(verifying *v, const shd_scene *given, shd_format fo
     output->layer_count = 1;
     scene->outputs = output;
     scene->output_count = 1;
-    if (exact) scene->accuracy = (shd_accuracy){.tier = SHD_EXACT};
-    *out = scene;
+    scene->accuracy = (shd_accuracy){.tier = SHD_EXACT};
+    v->scene = scene;
     return SHD_OK;
 }
 
@@ -313,9 +314,7 @@ static shd_status check_form(const verifying *v, shd_error *error) {
 
 static shd_status prepare(verifying *v, const shd_scene *given, shd_format format,
                           shd_error *error) {
-    const shd_scene *own;
-    shd_status status = make_scene(v, given, format, true, &v->scene, error);
-    if (status == SHD_OK) status = make_scene(v, given, format, false, &own, error);
+    shd_status status = make_scene(v, given, format, error);
     if (status != SHD_OK) return status;
     v->output = v->scene->outputs;
     const shd_image image = {.channel = v->output->channel,
@@ -324,7 +323,7 @@ static shd_status prepare(verifying *v, const shd_scene *given, shd_format forma
     v->pack = shd_pack_of(&image, format);
     v->flat = shd_output_is_flat(v->scene, v->output);
     status = shd_output_transform(v->r, v->scene, v->output, &v->transform, error);
-    if (status == SHD_OK) status = shd_rendering_plan(v->r, own, error);
+    if (status == SHD_OK) status = shd_rendering_plan(v->r, given, error);
     if (status != SHD_OK) return status;
     v->own = v->r->plan;
     return shd_pixel_bound_make(v->own, v->r->arena, &v->bound)
