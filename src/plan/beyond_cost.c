@@ -60,7 +60,7 @@ static double shape_cost(const shd_plan_material *m, const shd_light *shape, int
 /* Environments: a look at a table, of a lobe with the cut that some points have; and quadrature. */
 static double around_cost(const shd_plan *plan, const shd_plan_material *m,
                           const shd_plan_light *light) {
-    static const double DIFFUSE = 90, LOBE = 500, QUADRATURE = 1e6, OF_ROOTS = 2.5e6, WALK = 2e5;
+    static const double DIFFUSE = 90, LOBE = 500, QUADRATURE = 1e6, OF_ROOTS = 2.5e6, WALK = 6e5;
     double sum = 0;
     for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
         const double exponent = t ? m->lobes[t - 1].shininess : 1;
