@@ -127,6 +127,35 @@ static bool is_beyond_points(const shd_scene *scene, const shd_plan_light *light
     return false;
 }
 
+typedef struct value_range {
+    double least, most; /* of those that are not 0; 0: there are none */
+} value_range;
+
+static void note_values(value_range *range, const double color[3]) {
+    for (int c = 0; c < 3; c++) {
+        const double value = fabs(color[c]);
+        if (value > range->most) range->most = value;
+        if (value > 0 && (range->least == 0 || value < range->least)) range->least = value;
+    }
+}
+
+/* Whether f32 does not hold what lights have, or coefficients, or what is lit. What is below it is
+ * 0 there, which counts if the other factor makes it something. */
+static bool is_beyond_floats(const shd_scene *scene, const shd_plan_light *lights, size_t count) {
+    static const double MOST = 1e37, LEAST = 1e-37, NOTHING = 1e-30;
+    value_range lit = {0, 0}, colors = {0, 0};
+    for (size_t j = 0; j < count; j++) note_values(&lit, lights[j].color);
+    for (size_t m = 0; m < scene->material_count; m++) {
+        const shd_material *material = &scene->materials[m];
+        note_values(&colors, material->diffuse);
+        for (size_t k = 0; k < material->lobe_count; k++)
+            note_values(&colors, material->lobes[k].specular);
+    }
+    return lit.most > MOST || colors.most > MOST || lit.most * colors.most * (double)count > MOST ||
+           (colors.least < LEAST && colors.least * lit.most * (double)count > NOTHING) ||
+           (lit.least < LEAST && lit.least * colors.most > NOTHING);
+}
+
 /* Whether anything that is used goes beyond Phong's model. */
 static bool has_models(const shd_scene *scene) {
     for (size_t m = 0; m < scene->material_count; m++)
@@ -279,8 +308,9 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
     if (!shd_plan_light_bins(plan, lights, count, arena)) return false;
     note_antialiased(plan);
     note_bumped(plan);
-    plan->beyond_points =
-        plan->antialiased || plan->bumped || is_beyond_points(scene, lights, count);
+    plan->beyond_points = plan->antialiased || plan->bumped ||
+                          is_beyond_points(scene, lights, count) ||
+                          is_beyond_floats(scene, lights, count);
     plan->extended = plan->beyond_points || has_models(scene);
     plan->models32 = has_models32(plan, lights, count);
     if (!plan_planes(scene, arena, plan) || !make_materials(plan, &ambient, arena) ||

@@ -185,7 +185,7 @@ typedef struct shd_plan {
      * model, a light with a shape, or traced rays. All of it is lit in the exact tier's f64
      * (shade/extended.h), so that kernels and bounds of all other scenes know nothing of it. */
     bool extended;
-    bool beyond_points; /* extended by more than models of reflection */
+    bool beyond_points; /* extended by more than models of reflection, or beyond f32's range */
     /* Whether the scene is extended by nothing but models that have kernels in f32, so that it has
      * the standard tier, too (shade/models32.simd.c). */
     bool models32;

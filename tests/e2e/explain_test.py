@@ -107,6 +107,13 @@ class Http(unittest.TestCase):
             self.assertNotEqual(told["tier"], "draft")
             self.assertFalse(any("Sketches: " in line for line in told["words"]))
 
+    def test_values_beyond_floats_are_lit_exactly(self):
+        for intensity, diffuse, tier in ((1e40, 1e-38, "exact"), (1e39, 1e-3, "exact"), (1e20, 1e18, "exact"),
+                                         (1e20, 1e-20, "standard"), (1, 1e-40, "standard")):
+            lights = [{"type": "point", "position": [2, 3, 4], "intensity": intensity}]
+            told = self.explain({"lights": lights, "objects": [{"type": "sphere", "material": {"diffuse": diffuse}}]})
+            self.assertEqual(told["tier"], tier, (intensity, diffuse))
+
     def test_draft_is_standard_where_it_knows_no_better_and_says_so(self):
         for change in ({"objects": [{"type": "torus"}]}, {"interpolation": "flat"},
                        {"output": {"format": "exr", "layers": ["beauty", "diffuse"]}}):

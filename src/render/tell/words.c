@@ -36,8 +36,8 @@ const char *shd_drop_reason(unsigned drops) {
 /* What of an extended scene f32 has no kernels for. */
 static const char *why_exact(const shd_plan *plan) {
     if (plan->beyond_points)
-        return "lights with a shape, environments, traced rays, spectra, maps of normals and "
-               "specular antialiasing";
+        return "lights with a shape, environments, traced rays, spectra, maps of normals, "
+               "specular antialiasing and values that f32 does not hold";
     if (!shd_isa_fuses(plan->isa)) return "models beside Phong's, of which f32's would be slower";
     return "models, lobes and cones that f32 is too coarse for";
 }
