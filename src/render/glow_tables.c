@@ -140,8 +140,7 @@ shd_status shd_rendering_glows(shd_rendering *r, const shd_plan *draft, const sh
     for (size_t j = 0; j < draft->light_count; j++) {
         const shd_plan_light *light = &draft->lights[j];
         if (!light->environment) continue;
-        if (!glows)
-            glows = shd_arena_zalloc(r->arena, materials, of_material * sizeof *glows);
+        if (!glows) glows = shd_arena_zalloc(r->arena, materials, of_material * sizeof *glows);
         if (!glows) return shd_rendering_full(r, "plan", error);
         for (size_t m = 0; m < materials; m++) {
             const shd_plan_material *material = &draft->materials[m];
