@@ -422,10 +422,6 @@ bool shd_engine_has_mesh(shd_engine *engine, const shd_digest *digest);
 /* The same of a picture. */
 bool shd_engine_has_asset(shd_engine *engine, const shd_digest *digest);
 
-/* Whether shaded-decode ran, since this was last asked, without the kernel's filter of the system
- * calls that it may use: files of strangers are decoded all the same. */
-bool shd_engine_was_loose(shd_engine *engine);
-
 typedef struct shd_mesh_load {
     size_t cap, bytes, meshes; /* what is kept */
     size_t held;               /* bytes of meshes that were forgotten while pictures need them */
@@ -440,6 +436,10 @@ const char *shd_request_plan(const shd_request *request);
 /* After a successful render: what lossy formats lost under a budget, for the Shaded-Codec header;
  * NULL: there was no budget, or no lossy format. */
 const char *shd_request_codec(const shd_request *request);
+
+/* Whether shaded-decode ran for it without the kernel's filter of the system calls that it may use:
+ * files of strangers are decoded all the same. */
+bool shd_request_was_loose(const shd_request *request);
 
 /* The most bytes that the request's arena has held so far, which the limit `memory` bounds. */
 size_t shd_request_memory(const shd_request *request);

@@ -58,7 +58,7 @@ static shd_status decode_asset(shd_request *request, const void *data, size_t si
                                 .cancelled = request->rendering.cancelled,
                                 .room = make_room,
                                 .context = &d,
-                                .loose = &request->rendering.engine->loose_decoder};
+                                .loose = &request->loose_decoder};
     shd_decoded picture;
     const shd_status status = shd_decode_file(&job, &picture, error);
     if (status != SHD_OK) {
@@ -69,10 +69,6 @@ static shd_status decode_asset(shd_request *request, const void *data, size_t si
         (kept_asset){.picture = picture, .format = shd_format_sniff(data, size)};
     *out = d.thing;
     return SHD_OK;
-}
-
-bool shd_engine_was_loose(shd_engine *engine) {
-    return atomic_exchange(&engine->loose_decoder, false);
 }
 
 /* ---- What clients put ---- */

@@ -28,7 +28,6 @@ struct shd_engine {
     struct shd_reuse *reuse;         /* what earlier pictures have left */
     struct shd_store *store;         /* of meshes, scenes and pictures */
     struct shd_asset_folder *assets; /* the operator's pictures; NULL: none */
-    atomic_bool loose_decoder;       /* a decoder ran without its filter of system calls */
     struct shd_westin_tables *westin;
     struct shd_store *glows; /* of tables of environments */
     shd_limits limits;

@@ -322,6 +322,13 @@ size_t shd_request_memory(const shd_request *request) {
     return bytes;
 }
 
+bool shd_request_was_loose(const shd_request *request) {
+    bool loose = atomic_load(&request->loose_decoder);
+    for (int i = 0; request->pair && i < 2; i++)
+        if (request->pair->sides[i]) loose |= shd_request_was_loose(request->pair->sides[i]);
+    return loose;
+}
+
 uint64_t shd_request_saturated(const shd_request *request) {
     return request->rendering.saturated;
 }

@@ -20,6 +20,7 @@ struct shd_request {
     shd_rendering rendering; /* the engine, the arena, the plan, the times */
     shd_limits limits;       /* the engine's, the memory within the budget */
     atomic_bool cancelled;
+    atomic_bool loose_decoder; /* one ran without its filter of system calls */
     shd_color_lease *lease;
     bool full, crowded; /* as another arena of it has been */
     shd_report report;

@@ -80,7 +80,7 @@ static double find_unread_cost(const shd_job *job) {
 
 /* Once a daemon. */
 static void log_loose_decoder(const shd_job *job) {
-    if (!shd_engine_was_loose(job->settings->engine)) return;
+    if (!job->request || !shd_request_was_loose(job->request)) return;
     if (atomic_exchange(&job->server->loose_told, true)) return;
     shd_log_message(SHD_LOG_WARNING, "decoder-loose",
                     "shaded-decode has no filter of system calls: the kernel, a filter around the "
