@@ -43,7 +43,7 @@ typedef struct place {
 /* Seen with N.V = `viewing` from the side `turn`. */
 static void stand(place *p, shd_model model, double sharpness, shd_vec3 normal, double viewing,
                   double turn) {
-    *p = (place){.from = {.fresnel = {{1.5, 0.2, 2}, {0, 3, 4}}, .sigma = sharpness},
+    *p = (place){.from = {.fresnel = {.n = {1.5, 0.2, 2}, .k = {0, 3, 4}}, .sigma = sharpness},
                  .lobe = {.shininess = sharpness}};
     p->material = (shd_plan_material){.model = model,
                                       .from = &p->from,
