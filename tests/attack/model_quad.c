@@ -1,15 +1,18 @@
 /* model.c and what it stands on, in floats of 113 bits. */
 #define ATTACK_QUAD
-#define cross_solid   cross_solid_quad
-#define document_read document_read_quad
-#define document_drop document_drop_quad
-#define facets_cut    facets_cut_quad
-#define occlude_point occlude_point_quad
-#define occlude_shape occlude_shape_quad
-#define reflect_light reflect_light_quad
-#define reflect_shape reflect_shape_quad
+#define cross_solid      cross_solid_quad
+#define document_read    document_read_quad
+#define document_drop    document_drop_quad
+#define facets_cut       facets_cut_quad
+#define light_cases_only light_cases_only_quad
+#define light_place      light_place_quad
+#define occlude_point    occlude_point_quad
+#define occlude_shape    occlude_shape_quad
+#define reflect_light    reflect_light_quad
+#define reflect_shape    reflect_shape_quad
 #include "attack/document.c"
 #include "attack/facets.c"
+#include "attack/light.c"
 #include "attack/model.c"
 #include "attack/occlude.c"
 #include "attack/reflect.c"
