@@ -2,6 +2,7 @@
 system, without capabilities. Its tools are heavy and it takes minutes: `./dev container` and .ci/run
 do it. Where no container can be made it is skipped, and says why."""
 
+import functools
 import http.client
 import json
 import os
@@ -16,8 +17,8 @@ import time
 import unittest
 from pathlib import Path
 
-from deploy.tools import DEPLOY, SOURCE
-from e2e.cgroup_test import MB, SIZES, kills_and_peak
+from deploy.tools import BARE, BARE_FILE, DEPLOY, SOURCE
+from e2e.cgroup_test import CHOSEN, MB, kills_and_peak
 from e2e.worst import demand_all
 
 TOOLS = ["buildah", "podman", "runc", "mmdebstrap"]
@@ -69,8 +70,8 @@ def prepare():
     run = f"podman run --rm --pull never --network host {{}} {BASE} {{}}"
     update = "apt-get -q -o APT::Update::Error-Mode=any update"
     for command, failure in (
-            (f"podman image exists {BASE} || mmdebstrap --quiet --variant=minbase bookworm - | "
-             f"podman import --quiet - {BASE}", "no base image can be made"),
+            (f"podman image exists {BASE} || {BARE} {BARE_FILE} && podman import --quiet {BARE_FILE} {BASE}",
+             "no base image can be made"),
             (run.format(" ".join(CONFINED + LIMITS), "true"), "containers do not run here"),
             (run.format("", update), "a container cannot fetch Debian's packages")):
         why = what_fails(command)
@@ -115,6 +116,7 @@ def ask(port, method, path, body=None):
         connection.close()
 
 
+@functools.cache
 def build(tag, *arguments):
     # With what ./dev test has compiled, and not where that was another machine's choice.
     kept = os.environ.get("CCACHE_DIR")
@@ -248,7 +250,7 @@ class SizeTest(unittest.TestCase):
                          f"--cpus 0.5 {BASE} true")
         if why:
             self.skipTest(f"memory and processors cannot be limited here: {why}")
-        for memory, processors in SIZES:
+        for memory, processors in CHOSEN:
             with self.subTest(f"{memory} MB, {processors} processors"):
                 self.check(memory, processors)
 

@@ -10,6 +10,8 @@ from pathlib import Path
 SOURCE = Path(os.environ["SHADED_SOURCE"])
 DEPLOY = SOURCE / "deploy"
 UNPACKED = SOURCE / "build/tools"
+# What makes a bare Debian, once for all tests that begin with one, and where it is then.
+BARE, BARE_FILE = SOURCE / "tests/deploy/bare", SOURCE / "build/bare.tar"
 PLACES = os.pathsep.join([os.environ.get("PATH", ""), "/usr/sbin", "/usr/bin",
                           str(UNPACKED / "usr/sbin"), str(UNPACKED / "usr/bin")])
 
