@@ -26,27 +26,37 @@ static void get_three(shd_vec3 v, double out[3]) {
     out[2] = v.z;
 }
 
-/* The origin of a ray that starts on a triangle, put into it, in the tree's frame: at the weights
- * of its corners that the origin has, where rounding in the world may have left the triangle's
- * plane, and passed its edges and corners. Of slivers weights are not known; those stay, and are
- * false. */
+/* Where a ray starts on a triangle, before it is moved inside, if `origin` is that place but for
+ * rounding: on the corner that is so near; else at the weights that `origin` has of the corners. It
+ * matters which of the triangles around a corner a ray is over, and far from the world's origin
+ * rounding puts it over others, by much more than it is moved inside. */
+static shd_vec3 place_start(const shd_vec3 p[3], shd_vec3 origin, double rounding) {
+    const shd_vec3 ab = shd_sub(p[1], p[0]), ac = shd_sub(p[2], p[0]), n = shd_cross(ab, ac),
+                   from = shd_sub(origin, p[0]);
+    const double area = shd_dot(n, n), one = shd_dot(n, shd_cross(from, ac)) / area,
+                 two = shd_dot(n, shd_cross(ab, from)) / area;
+    const double a = shd_larger(1 - one - two, 0), b = shd_larger(one, 0), c = shd_larger(two, 0);
+    const int near = a >= b && a >= c ? 0 : b >= c ? 1 : 2;
+    if (shd_length(shd_sub(p[near], origin)) <= rounding) return p[near];
+    return shd_madd(shd_madd(p[0], ab, b / (a + b + c)), ac, c / (a + b + c));
+}
+
+/* The origin of a ray that starts on a triangle, put into it, in the tree's frame: rounding in the
+ * world may have left the triangle's plane, and passed its edges and corners. Of slivers weights
+ * are not known; those stay, and are false. */
 static bool put_inside(const shd_item *it, uint32_t triangle, shd_vec3 carried, shd_vec3 *origin) {
     const double scale = it->view.tree->scale;
     shd_vec3 p[3];
     for (int k = 0; k < 3; k++)
         p[k] = shd_scale(shd_triangle_corner(&it->triangles, triangle, k), scale);
-    const shd_vec3 ab = shd_sub(p[1], p[0]), ac = shd_sub(p[2], p[0]), n = shd_cross(ab, ac),
-                   from = shd_sub(*origin, p[0]);
-    const double area = shd_dot(n, n), one = shd_dot(n, shd_cross(from, ac)) / area,
-                 two = shd_dot(n, shd_cross(ab, from)) / area;
-    const double a = shd_larger(1 - one - two, 0), b = shd_larger(one, 0), c = shd_larger(two, 0);
-    const shd_vec3 middle = shd_madd(p[0], shd_add(ab, ac), 1.0 / 3),
-                   at = shd_madd(shd_madd(p[0], ab, b / (a + b + c)), ac, c / (a + b + c));
     const double size = shd_max_abs(
                      shd_vec3_max(shd_sizes(p[0]), shd_vec3_max(shd_sizes(p[1]), shd_sizes(p[2])))),
-                 off = shd_length(shd_sub(at, *origin));
+                 rounding = 8 * shd_max_abs(carried);
+    const shd_vec3 at = place_start(p, *origin, rounding),
+                   middle =
+                       shd_madd(p[0], shd_add(shd_sub(p[1], p[0]), shd_sub(p[2], p[0])), 1.0 / 3);
     const bool known =
-        off <= 0x1p-36 * size + 8 * shd_max_abs(carried); /* not if it is no number */
+        shd_length(shd_sub(at, *origin)) <= 0x1p-36 * size + rounding; /* not if it is no number */
     const shd_vec3 start = known ? at : *origin, inward = shd_sub(middle, start);
     const double length = shd_length(inward), step = 0x1p-43 * size + 0x1p-40 * length;
     if (length > 0) *origin = shd_madd(start, inward, step < length ? step / length : 1);

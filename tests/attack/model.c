@@ -191,9 +191,13 @@ static shade follow(const model *whole, point from, point ray, int steps, const 
 
 /* ---- Samples. ---- */
 
+#define NONE SIZE_MAX
+
 typedef struct candidate {
     real low[4], high[4];
     uint64_t key;
+    size_t thing; /* that is seen; NONE: nothing is */
+    bool edge;    /* beside it another one is */
 } candidate;
 
 static void widen(candidate *to, const candidate *by) {
@@ -205,7 +209,7 @@ static void widen(candidate *to, const candidate *by) {
 
 static candidate candidate_of(const model *whole, const meeting *m, point ray) {
     const document *d = &whole->d;
-    candidate out = {.key = 1};
+    candidate out = {.key = 1, .thing = m ? m->thing : NONE};
     if (m) {
         const real all[3] = {1, 1, 1};
         const shade s = shade_on(whole, m, ray, 0, all, &out.key);
@@ -218,17 +222,20 @@ static candidate candidate_of(const model *whole, const meeting *m, point ray) {
     return out;
 }
 
-/* What is seen through a point of the picture, in pixels; true: a second surface is as near. */
-static bool look(const model *whole, real x, real y, candidate *out) {
-    const document *d = &whole->d;
+/* The ray through a point of the picture, in pixels. */
+static point aim(const document *d, real x, real y, point *from) {
     const real u = (2 * x / d->width - 1) * d->half * d->width / d->height,
                v = (1 - 2 * y / d->height) * d->half;
-    const point across = add(times(d->right, u), times(d->up, v));
-    point o = d->eye, ray = times(d->back, -1);
-    if (d->orthographic)
-        o = add(o, across);
-    else
-        ray = unit(add(across, ray));
+    const point across = add(times(d->right, u), times(d->up, v)), along = times(d->back, -1);
+    *from = d->orthographic ? add(d->eye, across) : d->eye;
+    return d->orthographic ? along : unit(add(across, along));
+}
+
+/* What is seen through a point of the picture; true: a second surface is as near. */
+static bool look(const model *whole, real x, real y, candidate *out) {
+    const document *d = &whole->d;
+    point o;
+    const point ray = aim(d, x, y, &o);
     meetings list;
     meet(d, o, ray, &list);
     const meeting *nearest = NULL;
@@ -258,9 +265,29 @@ static bool look_beside(const model *whole, real x, real y, const candidate *at,
         differs |= look(whole, x + (k & 1 ? whole->aside : -whole->aside),
                         y + (k & 2 ? whole->aside : -whole->aside), &beside);
         differs |= beside.key != at->key;
+        range->edge |= beside.thing != at->thing;
         widen(range, &beside);
     }
     return differs;
+}
+
+/* Adds what is seen there if the nearest thing is missed, as rays along its edge may do. Its
+ * shadows may be as undecided: beside the sample they are not. */
+static void look_behind(const model *whole, real x, real y, candidate *range) {
+    const document *d = &whole->d;
+    point o;
+    const point ray = aim(d, x, y, &o);
+    meetings list;
+    meet(d, o, ray, &list);
+    const meeting *nearest = NULL, *next = NULL;
+    for (int i = 0; i < list.count; i++)
+        if (!nearest || list.list[i].c.t < nearest->c.t) nearest = &list.list[i];
+    for (int i = 0; nearest && i < list.count; i++)
+        if (list.list[i].thing != nearest->thing && (!next || list.list[i].c.t < next->c.t))
+            next = &list.list[i];
+    if (!next) return;
+    const candidate other = candidate_of(whole, next, ray);
+    widen(range, &other);
 }
 
 static void evaluate(const model *whole, int px, int py, model_pixel *out) {
@@ -276,6 +303,7 @@ static void evaluate(const model *whole, int px, int py, model_pixel *out) {
         unsure |= look_beside(whole, x, y, &at, &range);
         light_cases_only(false);
         if (unsure && whole->shaped) look_beside(whole, x, y, &at, &range);
+        if (range.edge && whole->d.shadows) look_behind(whole, x, y, &range);
         for (int c = 0; c < 4; c++) unsure |= at.low[c] != at.high[c];
         for (int c = 0; c < 4; c++) {
             low[c] += unsure ? range.low[c] : at.low[c];

@@ -63,7 +63,7 @@ class Http(unittest.TestCase):
         above = told["gainsEnergyAbove"]
         angles, values = told["albedo"]["angles"], told["albedo"]["values"]
         self.assertTrue(all((value[0] > 1) == (angle > above) for angle, value in zip(angles, values)))
-        self.assertRegex(told["verdict"][0], f"^gains energy above {above:.3g} degrees")
+        self.assertRegex(told["verdict"][0], f"^gains energy above {above:.4g} degrees")
 
     def test_normalized_phong_sends_on_its_specular_from_any_angle(self):
         for told in self.told(*({"model": "phong-normalized", "diffuse": 0, "specular": 0.7, "shininess": n}

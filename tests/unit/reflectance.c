@@ -306,6 +306,17 @@ static void limits_are_those_of_the_equations(void **state) {
     }
 }
 
+/* A lobe that takes light away has no limit, either. */
+static void limits_are_those_of_negative_lobes(void **state) {
+    (void)state;
+    subject s;
+    make(&s, SHD_MODEL_PHONG, true, true, 10);
+    for (int c = 0; c < 3; c++) s.lobes[0].specular[c] = -1;
+    assert_true(figures_of(&s).unbounded);
+    for (int c = 0; c < 3; c++) s.lobes[0].specular[c] = 0;
+    assert_false(figures_of(&s).unbounded);
+}
+
 /* 1 = kd + ks E / (pi cos) at the angle that is found. */
 static void energy_is_gained_from_where_the_closed_form_is_1(void **state) {
     (void)state;
@@ -333,6 +344,7 @@ int main(void) {
         cmocka_unit_test(wide_lobes_are_the_midpoint_rule),
         cmocka_unit_test(cancelled_albedo_says_so),
         cmocka_unit_test(limits_are_those_of_the_equations),
+        cmocka_unit_test(limits_are_those_of_negative_lobes),
         cmocka_unit_test(energy_is_gained_from_where_the_closed_form_is_1),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -77,20 +77,21 @@ static shd_status find_all(shd_rendering *r, const shd_scene *scene, size_t most
 static json_t *tell_verdict(const shd_reflectance *r) {
     json_t *words = json_array();
     const double most = r->most, angle = r->most_angle;
+    const int digits = most < 1.01 ? 9 : 3; /* a gain does not read as 1 */
     if (isnan(r->gains))
         json_array_append_new(words,
                               json_sprintf("sends on no more light than arrives: at most %.3g "
                                            "of it, at %.4g degrees",
                                            most, angle));
     else if (r->gains > 0)
-        json_array_append_new(words, json_sprintf("gains energy above %.3g degrees: %.3g times the "
+        json_array_append_new(words, json_sprintf("gains energy above %.4g degrees: %.*g times the "
                                                   "light that arrives leaves at %.4g degrees",
-                                                  r->gains, most, angle));
+                                                  r->gains, digits, most, angle));
     else
         json_array_append_new(words,
                               json_sprintf("gains energy, also of light from straight above: up "
-                                           "to %.3g times the light that arrives leaves",
-                                           most));
+                                           "to %.*g times the light that arrives leaves",
+                                           digits, most));
     if (r->residual > 1e-9)
         json_array_append_new(
             words, json_sprintf("is not reciprocal: f_r differs by %.2g of itself if a light "

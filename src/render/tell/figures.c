@@ -13,10 +13,19 @@
 static const double beyond[] = {89.9, 89.99};
 enum { SCANNED = SHD_ALBEDO_ANGLES + 2 };
 
-static const double SLACK = 1e-9; /* of quadrature, where all light is sent on */
+/* What is no gain where all light is sent on: of quadrature, and of what f32 holds of a table that
+ * sends on all. */
+static double slack_of(const shd_reflectance *r) {
+    return r->material->model == SHD_MODEL_WESTIN ? 1e-6 : 1e-9;
+}
 
 static double largest_of(const double f[3]) {
     return fmax(f[0], fmax(f[1], f[2]));
+}
+
+/* Of coefficients below 0, too, which take light away. */
+static double largest_size_of(const double f[3]) {
+    return fmax(fabs(f[0]), fmax(fabs(f[1]), fabs(f[2])));
 }
 
 static double scanned_angle(size_t i) {
@@ -35,6 +44,7 @@ static double find_gain(const shd_reflectance *r, double low, double high) {
 }
 
 static bool find_albedo(shd_reflectance *r) {
+    const double slack = slack_of(r);
     r->gains = NAN;
     for (size_t i = 0; i < SCANNED; i++) {
         double share[3], error;
@@ -45,11 +55,11 @@ static bool find_albedo(shd_reflectance *r) {
             memcpy(r->albedo[i], share, sizeof share);
             r->quadrature = fmax(r->quadrature, error);
         }
-        if (i == 0 || most > r->most + SLACK) {
+        if (i == 0 || most > r->most + slack) {
             r->most = most;
             r->most_angle = angle;
         }
-        if (isnan(r->gains) && most > 1 + SLACK + error)
+        if (isnan(r->gains) && most > 1 + slack + error)
             r->gains = i ? find_gain(r, scanned_angle(i - 1), angle) : 0;
     }
     return true;
@@ -86,7 +96,7 @@ static void find_residual(shd_reflectance *r) {
     }
 }
 
-/* The largest f_r of light so high above the surface, over views among which are L, where rough
+/* The largest |f_r| of light so high above the surface, over views among which are L, where rough
  * facets send light back, and R. */
 static double largest_at(const shd_reflectance *r, double height) {
     const double level = sqrt(1 - height * height);
@@ -94,12 +104,12 @@ static double largest_at(const shd_reflectance *r, double height) {
     double f[3], most = 0;
     for (size_t i = 0; i < 2; i++) {
         shd_reflectance_at(r, light, ends[i], f);
-        most = fmax(most, largest_of(f));
+        most = fmax(most, largest_size_of(f));
     }
     for (int polar = 0; polar < 90; polar += 10)
         for (int turn = 0; turn <= 180; turn += 15) {
             shd_reflectance_at(r, light, shd_polar(polar * DEGREE, turn * DEGREE), f);
-            most = fmax(most, largest_of(f));
+            most = fmax(most, largest_size_of(f));
         }
     return most;
 }
