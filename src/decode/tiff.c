@@ -20,10 +20,23 @@ typedef struct list {
 
 typedef struct picture {
     list starts, sizes; /* of strips, or of tiles */
-    bool is_packed;
+    uint64_t wide, high, bits, kind, samples, planes;
+    bool is_packed, is_tiled;
 } picture;
 
-enum { COMPRESSION = 259, STRIPS = 273, STRIP_SIZES = 279, TILES = 324, TILE_SIZES = 325 };
+enum {
+    WIDTH = 256,
+    HEIGHT = 257,
+    BITS = 258, /* of each sample */
+    COMPRESSION = 259,
+    KIND = 262, /* what samples are */
+    STRIPS = 273,
+    SAMPLES = 277,
+    STRIP_SIZES = 279,
+    PLANES = 284, /* 2: each sample has strips of its own */
+    TILES = 324,
+    TILE_SIZES = 325
+};
 
 /* The caller has looked whether it is in the file. */
 static uint64_t get_number(const file *f, uint64_t at, unsigned width) {
@@ -49,9 +62,17 @@ static void read_entry(const file *f, uint64_t at, picture *out) {
                                         : 0};
     if (!found.width) return;
     if (found.count > word / found.width) found.at = get_number(f, found.at, word);
+    const uint64_t first = has(f, found.at, found.width) ? get_number(f, found.at, found.width) : 0;
     if (tag == STRIPS || tag == TILES) out->starts = found;
     if (tag == STRIP_SIZES || tag == TILE_SIZES) out->sizes = found;
+    out->is_tiled |= tag == TILES;
     if (tag == COMPRESSION) out->is_packed = get_number(f, at + 4 + word, 2) != 1;
+    if (tag == WIDTH) out->wide = first;
+    if (tag == HEIGHT) out->high = first;
+    if (tag == BITS) out->bits = first;
+    if (tag == KIND) out->kind = first;
+    if (tag == SAMPLES) out->samples = first;
+    if (tag == PLANES) out->planes = first;
 }
 
 /* False: there is none where it is to be. */
@@ -62,7 +83,7 @@ static bool read_directory(const file *f, picture *out) {
     if (!has(f, start, counter)) return false;
     const uint64_t count = get_number(f, start, counter);
     if (count > f->size / entry || !has(f, start + counter, count * entry)) return false;
-    *out = (picture){.is_packed = false};
+    *out = (picture){.bits = 1, .samples = 1, .planes = 1};
     for (uint64_t i = 0; i < count; i++) read_entry(f, start + counter + i * entry, out);
     return true;
 }
@@ -71,13 +92,30 @@ static bool has_list(const file *f, const list *l) {
     return l->width && l->count <= f->size && has(f, l->at, l->count * l->width);
 }
 
+/* Bytes of all rows that are not packed. 0: that is not known, or more than any file has. */
+static uint64_t count_bytes(const picture *p) {
+    enum { YCBCR = 6 }; /* of which some samples are for several pixels */
+    const uint64_t most = UINT32_MAX;
+    if (p->kind == YCBCR || (p->planes != 1 && p->samples != 1) || p->wide > most ||
+        p->high > most || p->bits > 64 || p->samples > UINT16_MAX)
+        return 0;
+    const uint64_t row = (p->wide * p->samples * p->bits + 7) / 8;
+    return row && p->high <= UINT64_MAX / row ? row * p->high : 0;
+}
+
 shd_status shd_decode_walk_tiff(const unsigned char *data, size_t size, shd_error *error) {
     file f = {.data = data, .size = size, .high_first = *data == 'M'};
     f.big = get_number(&f, 2, 2) == 43;
     picture p;
     if (!read_directory(&f, &p)) return shd_decode_ends_early("TIFF", error);
     /* One strip that is not packed is as long as its pixels are, whatever is said of it. */
-    if ((p.starts.count == 1 && !p.is_packed) || !p.starts.width || !p.sizes.width) return SHD_OK;
+    if (p.starts.count == 1 && !p.is_packed && p.starts.width) {
+        if (!has_list(&f, &p.starts)) return shd_decode_ends_early("TIFF", error);
+        const uint64_t start = get_number(&f, p.starts.at, p.starts.width);
+        return p.is_tiled || has(&f, start, count_bytes(&p)) ? SHD_OK
+                                                             : shd_decode_ends_early("TIFF", error);
+    }
+    if (!p.starts.width || !p.sizes.width) return SHD_OK;
     if (!has_list(&f, &p.starts) || !has_list(&f, &p.sizes))
         return shd_decode_ends_early("TIFF", error);
     for (uint64_t i = 0; i < p.starts.count && i < p.sizes.count; i++)

@@ -71,6 +71,9 @@ static const char *blame_material(const shd_model *model, const shd_model_materi
     for (size_t k = 0; k < SHD_MAP_KINDS; k++)
         if (!is_map(model, &m->maps[k]))
             return "it has a material whose picture has no sound place";
+    const shd_model_map *normals = &m->maps[SHD_MAP_NORMAL];
+    if (normals->picture && !are_in_range(&normals->bump, 1, -1000, 1000))
+        return "it has a picture of normals whose scale is beyond 1000";
     const bool sound = is_color(m->ambient) && is_color(m->diffuse) && is_color(m->specular) &&
                        is_color(m->emissive) && is_color(m->through) && m->shininess >= 0 &&
                        m->shininess <= 1e9f && m->opacity >= 0 && m->opacity <= 1 &&

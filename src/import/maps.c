@@ -11,6 +11,9 @@
 
 #include "import/mean.h"
 
+/* glTF's normalTexture.scale, which assimp's header of materials does not have. */
+#define NORMAL_SCALE "$tex.scale"
+
 enum { FILE_MOST = 1 << 28, PATH_ROOM = 4096 };
 
 /* ---- Files ---- */
@@ -153,6 +156,12 @@ static void place_map(const struct aiMaterial *m, unsigned type, shd_model_map *
     out->offset[1] = (float)(1 - down - c * sy);
 }
 
+static float bump_of(const struct aiMaterial *m, unsigned type) {
+    ai_real scale = 1;
+    aiGetMaterialFloatArray(m, NORMAL_SCALE, type, 0, &scale, NULL);
+    return (float)scale;
+}
+
 static shd_model_map_kind kind_of(int type, uint32_t material) {
     switch (type) {
     case aiTextureType_AMBIENT:
@@ -203,11 +212,9 @@ static const char *use_of(int type) {
 /* MTL: what its statement says of a picture's file and place. */
 static const shd_mtl_map *find_statement(const shd_map_reader *r, shd_model_map_kind kind,
                                          const char *material) {
-    static const char *const statements[SHD_MAP_TAKEN] = {[SHD_MAP_AMBIENT] = "map_Ka",
-                                                          [SHD_MAP_DIFFUSE] = "map_Kd",
-                                                          [SHD_MAP_SPECULAR] = "map_Ks",
-                                                          [SHD_MAP_EMISSIVE] = "map_Ke",
-                                                          [SHD_MAP_OPACITY] = "map_d"};
+    static const char *const statements[SHD_MAP_TAKEN] = {
+        [SHD_MAP_AMBIENT] = "map_Ka",  [SHD_MAP_DIFFUSE] = "map_Kd", [SHD_MAP_SPECULAR] = "map_Ks",
+        [SHD_MAP_EMISSIVE] = "map_Ke", [SHD_MAP_OPACITY] = "map_d",  [SHD_MAP_NORMAL] = "norm"};
     return kind < SHD_MAP_TAKEN ? shd_mtl_find(r->mtl, material, statements[kind]) : NULL;
 }
 
@@ -218,6 +225,7 @@ static void apply_statement(const shd_mtl_map *said, shd_model_map *map) {
     }
     map->wrap = said->clamp ? SHD_MODEL_CLAMP : SHD_MODEL_REPEAT;
     map->uneven = false;
+    map->bump = said->bump;
 }
 
 /* assimp takes `-s 2 2 wood.png` for four words of an option, and sees no file. */
@@ -255,7 +263,8 @@ void shd_put_maps(shd_map_reader *r, const struct aiMaterial *m, const char *nam
             (shd_model_map){.picture = put_picture(r, said && *said->file ? said->file : path.data),
                             .wrap = (uint32_t)across,
                             .uneven = across != up,
-                            .channel = channel};
+                            .channel = channel,
+                            .bump = bump_of(m, (unsigned)type)};
         place_map(m, (unsigned)type, map);
         if (said) apply_statement(said, map);
     }

@@ -46,10 +46,10 @@ typedef enum shd_model_map_kind {
     SHD_MAP_EMISSIVE,
     SHD_MAP_COLORS,
     SHD_MAP_OPACITY = SHD_MAP_COLORS, /* MTL's map_d */
+    SHD_MAP_NORMAL,                   /* of the tangent space: glTF's, MTL's norm */
     SHD_MAP_TAKEN,
-    SHD_MAP_NORMAL = SHD_MAP_TAKEN, /* of the tangent space */
-    SHD_MAP_METAL_ROUGH,            /* glTF: roughness in green, metal in blue */
-    SHD_MAP_OCCLUSION,              /* glTF, in red */
+    SHD_MAP_METAL_ROUGH = SHD_MAP_TAKEN, /* glTF: roughness in green, metal in blue */
+    SHD_MAP_OCCLUSION,                   /* glTF, in red */
     SHD_MAP_KINDS
 } shd_model_map_kind;
 
@@ -63,7 +63,8 @@ typedef struct shd_model_map {
     uint32_t uneven;
     uint32_t channel; /* of coordinates: only 0 is kept */
     float scale[2], offset[2];
-    float rotate, reserved;
+    float rotate;
+    float bump; /* of normals: what their x and y are multiplied by */
 } shd_model_map;
 
 /* How a file says what a surface is like. */
@@ -120,7 +121,7 @@ typedef struct shd_model {
     char failure[256];      /* why there is no model, or "" */
 } shd_model;
 
-#define SHD_MODEL_MAGIC "shdmodl3"
+#define SHD_MODEL_MAGIC "shdmodl4"
 
 /* Whether a block of `size` bytes, aligned to 8, is a model: every span is in it, every index is
  * one of something, and every number is finite. Normals that are zero, and normals and uvs that

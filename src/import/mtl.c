@@ -88,6 +88,8 @@ static void take_options(const reading *r, char **line, shd_mtl_map *map) {
         } else if (!strcasecmp(option, "-o")) {
             take_numbers(line, values, 3);
             map->offset[0] = values[0], map->offset[1] = values[1];
+        } else if (!strcasecmp(option, "-bm")) {
+            take_numbers(line, &map->bump, 1);
         } else if (!strcasecmp(option, "-clamp")) {
             const char *word = take_word(line);
             map->clamp = word && !strcasecmp(word, "on");
@@ -99,7 +101,7 @@ static void take_options(const reading *r, char **line, shd_mtl_map *map) {
             pass_word(r, line, option, statement, "off");
         } else if (!strcasecmp(option, "-imfchan")) {
             pass_word(r, line, option, statement, "");
-        } else { /* -blendu, -blendv, -bm, -texres, -type */
+        } else { /* -blendu, -blendv, -texres, -type */
             pass_word(r, line, option, statement, NULL);
         }
     }
@@ -114,7 +116,8 @@ static void read_map(const reading *r, const char *statement, char *line) {
         mtl->maps = more;
         mtl->capacity = capacity;
     }
-    shd_mtl_map map = {.material = r->material, .statement = strdup(statement), .scale = {1, 1}};
+    shd_mtl_map map = {
+        .material = r->material, .statement = strdup(statement), .scale = {1, 1}, .bump = 1};
     if (!map.statement) return;
     take_options(r, &line, &map);
     map.file = strdup(take_rest(line));
@@ -134,7 +137,8 @@ static void read_statement(reading *r, char *line) {
     for (size_t i = 0; i < sizeof unknown / sizeof *unknown; i++)
         if (!strcasecmp(statement, unknown[i]))
             shd_lose(r->losses, "material \"%s\": its %s is left out", r->material, unknown[i]);
-    if (!strncasecmp(statement, "map_", 4)) read_map(r, statement, line);
+    if (!strncasecmp(statement, "map_", 4) || !strcasecmp(statement, "norm"))
+        read_map(r, statement, line);
 }
 
 /* ---- Files ---- */

@@ -3,10 +3,11 @@
 
 #include "import/losses.h"
 
-/* A statement such as `map_Kd -s 2 2 -o 0.5 0 wood.png`. */
+/* A statement such as `map_Kd -s 2 2 -o 0.5 0 wood.png`, or `norm`. */
 typedef struct shd_mtl_map {
     char *material, *statement, *file;
     float scale[2], offset[2]; /* `-s`, `-o`: of u and v */
+    float bump;                /* `-bm` */
     bool clamp;
 } shd_mtl_map;
 

@@ -81,6 +81,10 @@ static bool put_material(shd_scene_writer *w, const shd_import_material *m) {
     } else if (m->opacity < 1) {
         fprintf(out, ", \"opacity\": %.6g", m->opacity);
     }
+    if (m->textures[SHD_MAP_NORMAL].map) {
+        fputs(", \"normal\": ", out);
+        if (!shd_put_normals(w, &m->textures[SHD_MAP_NORMAL])) return false;
+    }
     if (!is_all(m->reflection, 0)) put_color(out, "reflection", m->reflection);
     if (!is_all(m->transmission, 0)) {
         put_color(out, "transmission", m->transmission);

@@ -122,8 +122,7 @@ static void consider_map(const shd_scene_writer *w, size_t material, const char 
     if (!picture) return;
     for (int c = 0; color && c < 3; c++) factor[c] = (double)color[c];
     if (color) take_mean(picture, color, mean);
-    const char *why = kind < SHD_MAP_TAKEN ? find_obstacle(w, material, map, picture)
-                                           : "`shade import` takes none";
+    const char *why = find_obstacle(w, material, map, picture);
     if (!why) {
         *out = (shd_import_texture){.map = map,
                                     .picture = picture,
@@ -197,13 +196,12 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
     const shd_model_material *materials = shd_span_items(w->model, w->model->materials);
     const shd_model_material *from = &materials[index];
     shd_model_material even = *from;
-    shd_import_texture taken[SHD_MAP_TAKEN] = {{.map = NULL}}, none;
+    shd_import_texture taken[SHD_MAP_TAKEN] = {{.map = NULL}};
     float *const colors[SHD_MAP_COLORS] = {even.ambient, even.diffuse, even.specular,
                                            even.emissive};
     for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
         consider_map(w, index, name, (shd_model_map_kind)kind,
                      kind < SHD_MAP_COLORS ? colors[kind] : NULL, &from->maps[kind], &taken[kind]);
-    consider_map(w, index, name, SHD_MAP_NORMAL, NULL, &from->maps[SHD_MAP_NORMAL], &none);
     take_metal_rough(w, name, &even);
     shd_import_material_of(&even, w->options->phong, out);
     for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
@@ -242,28 +240,44 @@ static void put_factor(shd_scene_writer *w, const shd_import_texture *texture,
     shd_put_numbers(w->out, tint, 3);
 }
 
-bool shd_put_texture(shd_scene_writer *w, const shd_import_texture *texture, const double rgb[3]) {
+/* Where on the surface the picture is. */
+static void put_place(FILE *out, const shd_model_map *map) {
     static const char *const wraps[] = {
         [SHD_MODEL_REPEAT] = "repeat", [SHD_MODEL_CLAMP] = "clamp", [SHD_MODEL_MIRROR] = "mirror"};
-    const shd_model_map *map = texture->map;
+    fprintf(out, ", \"uv\": {\"wrap\": \"%s\"", wraps[map->wrap]);
+    if (map->scale[0] != 1 || map->scale[1] != 1) {
+        fputs(", \"scale\": ", out);
+        shd_put_floats(out, map->scale, 2);
+    }
+    if (map->rotate != 0) {
+        fputs(", \"rotate\": ", out);
+        shd_put_float(out, map->rotate);
+    }
+    if (map->offset[0] != 0 || map->offset[1] != 0) {
+        fputs(", \"offset\": ", out);
+        shd_put_floats(out, map->offset, 2);
+    }
+    fputs("}}", out);
+}
+
+bool shd_put_texture(shd_scene_writer *w, const shd_import_texture *texture, const double rgb[3]) {
     char *digits;
     if (!keep_picture(w, texture, &digits)) return false;
     fprintf(w->out, "{\"texture\": \"sha256-%s\"", digits);
     if (texture->channel) fprintf(w->out, ", \"channel\": \"%c\"", texture->channel);
     if (!texture->channel || texture->is_tinted) put_factor(w, texture, rgb);
-    fprintf(w->out, ", \"uv\": {\"wrap\": \"%s\"", wraps[map->wrap]);
-    if (map->scale[0] != 1 || map->scale[1] != 1) {
+    put_place(w->out, texture->map);
+    return true;
+}
+
+bool shd_put_normals(shd_scene_writer *w, const shd_import_texture *texture) {
+    char *digits;
+    if (!keep_picture(w, texture, &digits)) return false;
+    fprintf(w->out, "{\"texture\": \"sha256-%s\"", digits);
+    if (texture->map->bump != 1) {
         fputs(", \"scale\": ", w->out);
-        shd_put_floats(w->out, map->scale, 2);
+        shd_put_float(w->out, texture->map->bump);
     }
-    if (map->rotate != 0) {
-        fputs(", \"rotate\": ", w->out);
-        shd_put_float(w->out, map->rotate);
-    }
-    if (map->offset[0] != 0 || map->offset[1] != 0) {
-        fputs(", \"offset\": ", w->out);
-        shd_put_floats(w->out, map->offset, 2);
-    }
-    fputs("}}", w->out);
+    put_place(w->out, texture->map);
     return true;
 }

@@ -243,6 +243,13 @@ static bool add_parts(shd_plan *plan, const shd_ambience *ambient, shd_arena *ar
     return true;
 }
 
+/* What differs from point to point beside colors. */
+static void note_points(const shd_plan *plan, shd_plan_material *m) {
+    m->antialiased = plan->antialiased && m->from->antialiased && m->lobe_count > 0;
+    m->normal = m->from->normal_texture;
+    m->pointwise = m->antialiased || m->normal;
+}
+
 static bool make_materials(shd_plan *plan, const shd_ambience *ambient, shd_arena *arena) {
     enum { PARTS = 4 };
     const shd_scene *scene = plan->scene;
@@ -253,8 +260,10 @@ static bool make_materials(shd_plan *plan, const shd_ambience *ambient, shd_aren
     if (!materials) return false;
     for (size_t i = 0; i < scene->material_count; i++) {
         if (!plan_material(&scene->materials[i], ambient->rgb, arena, &materials[i]) ||
-            !shd_plan_material_bins(plan, ambient->bins, arena, &materials[i]) ||
-            !shd_plan_tint(plan, ambient->bins, arena, &materials[i]) ||
+            !shd_plan_material_bins(plan, ambient->bins, arena, &materials[i]))
+            return false;
+        note_points(plan, &materials[i]);
+        if (!shd_plan_tint(plan, ambient->bins, arena, &materials[i]) ||
             !shd_plan_textures_make(plan, ambient, shd_all_materials(plan), arena, &materials[i]) ||
             !add_parts(plan, ambient, arena, &materials[i], materials))
             return false;
@@ -263,10 +272,6 @@ static bool make_materials(shd_plan *plan, const shd_ambience *ambient, shd_aren
         if (lobes > plan->max_lobes) plan->max_lobes = lobes;
         if (terms > plan->max_terms) plan->max_terms = terms;
         if (materials[i].textures) note_textures(plan, materials[i].textures);
-        materials[i].antialiased =
-            plan->antialiased && scene->materials[i].antialiased && lobes > 0;
-        materials[i].normal = scene->materials[i].normal_texture;
-        materials[i].pointwise = materials[i].antialiased || materials[i].normal;
     }
     plan->materials = materials;
     for (size_t i = 0; plan->textured && i < scene->object_count; i++) {

@@ -346,26 +346,16 @@ static bool is_one_number(const shd_texture *texture) {
     return shd_pattern_fields(&texture->pattern) == 1;
 }
 
-/* Frames of normals are at points of a chart, which are lit one by one. */
-static void check_mapped(shd_reader *r, const shd_node *node, const shd_object *object) {
-    const shd_mesh *mesh = object->mesh;
-    if (object->interpolation != SHD_PHONG)
-        shd_wrong(r, node, "a material with a map of normals needs interpolation phong");
-    if (object->shape == SHD_MESH && mesh && !mesh->uvs)
-        shd_wrong(r, node, "a material with a map of normals needs `uvs` on a mesh");
-    if (r->scene->spectral.channels) shd_wrong(r, node, "a spectral scene has no maps of normals");
-}
-
 void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *object) {
     const shd_material *material = &r->materials[object->material];
-    if (material->normal_texture) {
-        check_mapped(r, node, object);
-        return;
-    }
     if (!shd_is_textured(material)) return;
-    const shd_mesh *mesh = object->mesh;
-    if (object->shape == SHD_MESH && mesh && !mesh->uvs)
-        shd_wrong(r, node, "a material with a pattern or a picture needs `uvs` on a mesh");
+    const bool bare = object->shape == SHD_MESH && object->mesh && !object->mesh->uvs;
+    /* Frames of normals are at points of a chart, which are lit one by one. */
+    if (material->normal_texture && object->interpolation != SHD_PHONG)
+        shd_wrong(r, node, "a material with a map of normals needs interpolation phong");
+    if (bare)
+        shd_wrong(r, node, "a material with %s needs `uvs` on a mesh",
+                  material->normal_texture ? "a map of normals" : "a pattern or a picture");
     if (r->scene->spectral.channels && !is_one_number(material->opacity_texture))
         shd_wrong(r, node,
                   "in a spectral scene an opacity that is a pattern or a picture is one number: "

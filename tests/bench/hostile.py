@@ -35,7 +35,7 @@ up to 31 MB more are told where the measuring program held that much when it sta
   that of a good one. TIFF has no checksums, nor has JPEG: bytes that are others there may be another picture.
 - What promises more than `--max-pixels` allows is refused by its head. The rest is held by limits of the process: 64 MB beside
   the file until the head is known, then 160 MB and four times the samples, 30 seconds, no files, and
-  [20 system calls](operating.md#pictures-of-clients-and-yours).
+  [21 system calls](operating.md#pictures-of-clients-and-yours).
 """
 
 

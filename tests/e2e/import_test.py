@@ -412,12 +412,73 @@ class Textures(Case):
                 ("no coordinates", textured(uvs=[math.nan] * 8)),
                 ("damaged or too large", textured(images=[LEFT_RED[:-20]])),
                 ("no format that is read here", textured(images=[b"GIF89a" + bytes(100)])),
-                ("its normals is left out", textured({"name": "wood", "normalTexture": {"index": 0}}))):
+                ("picture of its normals is left out, because it follows other coordinates",
+                 textured({"name": "wood", "normalTexture": info}))):
             scene, said = self.load("model.gltf", data, "--assets", "assets")
             self.assertIn(words, said)
             self.assertNotIn("texture", json.dumps(scene["materials"]))
             self.assertEqual(list((self.folder / "assets").iterdir()), [])
             self.assertEqual(self.shade("check", "scene.json").returncode, 0)
+
+    def seen(self, scene, light):
+        """Codes of the middle of the square under a directional light, linear."""
+        scene.update(lights=[{"type": "directional", "direction": light}], image={"width": 4, "height": 4, "samples": 1},
+                     camera={"type": "orthographic", "position": [0.5, 0.5, 4], "target": [0.5, 0.5, 0], "height": 1},
+                     output={"format": "png", "colorSpace": "lin_rec709"})
+        (self.folder / "lit.json").write_text(json.dumps(scene))
+        done = self.shade("render", "lit.json", "-o", "out.png", "--assets", "assets")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        with Image.open(self.folder / "out.png") as image:
+            return np.asarray(image.convert("RGB"), int)[2, 2].tolist()
+
+    def test_normals_of_gltf_turn_the_surface(self):
+        for code, lit, dark in (([218, 128, 218], [-1, 0, -1], [1, 0, -1]), ([128, 218, 218], [0, -1, -1], [0, 1, -1])):
+            file = picture([code] * 2)
+            material = {"name": "wood", "normalTexture": {"index": 0},
+                        "pbrMetallicRoughness": {"metallicFactor": 0, "roughnessFactor": 1}}
+            scene, said = self.load("model.gltf", textured(material, images=[file]), "--assets", "assets")
+            self.assertNotIn("left out", said)
+            wood = scene["materials"]["wood"]
+            self.assertEqual(wood["normal"], {"texture": "sha256-" + hashlib.sha256(file).hexdigest(),
+                                              "uv": {"wrap": "repeat"}})
+            self.assertEqual(self.kept(wood["normal"]), file)
+            wood.update(diffuse=0.5, fresnel={"f0": 0})
+            np.testing.assert_allclose(self.seen(scene, lit), 128, atol=1)
+            self.assertLess(max(self.seen(scene, dark)), 3)
+            wood["normal"]["scale"] = -1
+            np.testing.assert_allclose(self.seen(scene, dark), 128, atol=1)
+
+    def test_normals_have_a_scale_and_a_place(self):
+        info = {"index": 0, "scale": -0.75, "extensions": {"KHR_texture_transform": {"scale": [2, 3]}}}
+        for more in {}, {"extensions": {"KHR_materials_unlit": {}}}:
+            scene, said = self.load("model.gltf", textured(
+                {"name": "wood", "normalTexture": info, **more}, extensionsUsed=["KHR_texture_transform"],
+                samplers=[{"wrapS": 33071, "wrapT": 33071}]), "--assets", "assets")
+            self.assertNotIn("left out", said)
+            normal = scene["materials"]["wood"].get("normal")
+            if more:
+                self.assertIsNone(normal)  # no light, no normals
+                continue
+            self.assertEqual((normal["scale"], normal["uv"]["wrap"], normal["uv"]["scale"]), (-0.75, "clamp", [2, 3]))
+            self.assertEqual(self.shade("check", "scene.json", "--assets", "assets").returncode, 0)
+        scene, said = self.load("model.gltf", textured({"name": "wood", "normalTexture": {"index": 0}}))
+        self.assertIn("picture of its normals is left out, because there is no --assets FOLDER", said)
+        self.assertNotIn("normal", scene["materials"]["wood"])
+        for scale in 1000.5, -1e30:
+            (self.folder / "scene.json").unlink(missing_ok=True)
+            said = self.refuse("model.gltf", textured({"name": "wood", "normalTexture": {"index": 0, "scale": scale}}))
+            self.assertIn("picture of normals whose scale is beyond 1000", said)
+
+    def test_normals_of_mtl(self):
+        for options, file, more in (("", "wood.png", {}), ("-bm 0.5 -s 2 3 1", "2.png", {"scale": 0.5})):
+            a, said = self.mtl(f"norm {options} {file}\n")
+            self.assertNotIn("left out", said)
+            self.assertEqual({**a["normal"], "uv": 0}, {"texture": a["normal"]["texture"], **more, "uv": 0})
+            self.assertEqual(a["normal"]["uv"], {"wrap": "repeat", **({"scale": [2, 3]} if options else {})})
+            self.assertEqual(self.kept(a["normal"]), LEFT_RED if file == "wood.png" else HALF_METAL)
+        a, said = self.mtl("map_Kn wood.png\nbump 2.png\n")
+        self.assertEqual(self.kept(a["normal"]), LEFT_RED)
+        self.assertIn("picture of its heights is left out", said)
 
     def test_alpha_of_pictures_is_opacity(self):
         clear = picture([[1, 2, 3, 255], [1, 2, 3, 0]])

@@ -174,6 +174,41 @@ static void shapes_are_lit_as_meshes_are(void **state) {
         }
 }
 
+/* In spectra, too: of a color, of patterns, which are lit part by part, and along rays that carry
+ * wavelengths. */
+static void spectra_see_the_same(void **state) {
+    static const char plane[] = "\"type\": \"plane\", \"transform\": {\"rotate\": [90, 0, 0]}",
+                      glossy[] = "\"lobes\": [{\"shininess\": 5, \"specular\": ",
+                      even[] = "{\"pattern\": \"checker\", \"colors\": [[0.3, 0.2, 0.4], "
+                               "[0.3, 0.2, 0.4]]}",
+                      tinted[] = ", \"transmission\": [0.1, 0.2, 0.05]";
+    static const code tilt = {215, 100, 210};
+    const put_name map = put_normals(*state, 1, 1, &tilt, 1);
+    for (int m = 0; m < 8; m++) {
+        const bool shadows = m & 1, mirrors = m & 2, pattern = m & 4;
+        char *mapped = text_of(", %s%s}], \"normal\": {\"texture\": \"%s\"}%s", glossy,
+                               pattern ? even : "[0.3, 0.2, 0.4]", map.text, mirrors ? tinted : ""),
+             *plain = text_of(", %s[0.3, 0.2, 0.4]}]%s", glossy, mirrors ? tinted : ""),
+             *a_text = wide(plane, mapped, vector_of(tilt, 1), shadows, false, mirrors),
+             *b_text = wide(NULL, plain, vector_of(tilt, 1), shadows, false, mirrors),
+             *one = text_of("{\"spectral\": true, %s", a_text + 1),
+             *other = text_of("{\"spectral\": true, %s", b_text + 1);
+        drawn a = film_of(*state, one), b = film_of(*state, other);
+        assert_true(a.request->rendering.plan->bins);
+        assert_int_equal(a.request->rendering.plan->part_count > 0, pattern);
+        if (!(film_difference(&a, &b) < 2e-6))
+            fail_msg("setting %d: %g", m, film_difference(&a, &b));
+        drop_drawn(&a);
+        drop_drawn(&b);
+        free(mapped);
+        free(plain);
+        free(a_text);
+        free(b_text);
+        free(one);
+        free(other);
+    }
+}
+
 /* ---- What stays, and what is told. ---- */
 
 static const char bodies[] =
@@ -309,6 +344,8 @@ static void what_has_no_frame_is_refused(void **state) {
              text_of("\"normal\": {\"texture\": \"%s\", \"space\": \"lin_rec709\"}", noise.text),
          *channel = text_of("\"normal\": {\"texture\": \"%s\", \"channel\": \"R\"}", noise.text),
          *large = text_of("\"normal\": {\"texture\": \"%s\", \"scale\": 1e9}", noise.text);
+    char *colored =
+        text_of("%s, \"opacity\": {\"pattern\": \"noise\", \"colors\": [\"red\", 1]}", map);
     static const char ball[] = "\"type\": \"sphere\"", at[] = "/objects/0/material/normal";
     refuse(state, westin, ball, "", at);
     refuse(state, space, ball, "", "/objects/0/material/normal/space");
@@ -317,10 +354,11 @@ static void what_has_no_frame_is_refused(void **state) {
     refuse(state, "\"normal\": {\"pattern\": \"noise\", \"colors\": [0, 1]}", ball, "", at);
     refuse(state, "\"normal\": [0, 0, 1]", ball, "", at);
     refuse(state, map, "\"type\": \"sphere\", \"interpolation\": \"flat\"", "", "/objects/0");
-    refuse(state, map, ball, "\"spectral\": true, ", "/objects/0");
+    refuse(state, colored, ball, "\"spectral\": true, \"trace\": {\"depth\": 1}, ", "/objects/0");
     refuse(state, map, "\"type\": \"mesh\", \"positions\": [0, 0, 0, 1, 0, 0, 0, 1, 0]", "",
            "/objects/0");
     free(map);
+    free(colored);
     free(westin);
     free(space);
     free(channel);
@@ -351,6 +389,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_normal_is_that_of_vertices),
         cmocka_unit_test(shapes_are_lit_as_meshes_are),
+        cmocka_unit_test(spectra_see_the_same),
         cmocka_unit_test(no_bumps_change_nothing),
         cmocka_unit_test(parts_are_those_of_the_whole),
         cmocka_unit_test(bounds_are_told_where_they_are_known),

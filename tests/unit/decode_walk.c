@@ -52,7 +52,8 @@ static void ends_nowhere_else(const file *f, size_t least) {
 typedef struct tiff_kind {
     bool high_first, big;
     unsigned packing, strips;
-    unsigned type; /* of lists: 3 is of 16 bits, 4 of 32, 16 of 64 */
+    unsigned type;  /* of lists: 3 is of 16 bits, 4 of 32, 16 of 64 */
+    unsigned color; /* what samples are; of one strip that is not packed */
 } tiff_kind;
 
 static void put_entry(file *f, const tiff_kind *kind, unsigned tag, unsigned type, uint64_t count,
@@ -68,17 +69,28 @@ static void put_entry(file *f, const tiff_kind *kind, unsigned tag, unsigned typ
 
 /* A head, a directory, two lists if there are several strips, and strips of 20 bytes. */
 static file make_tiff(const tiff_kind *kind) {
-    enum { ENTRIES = 3, STRIP = 20 };
+    enum { STRIP = 20, MOST = 9 };
+    const bool is_plain = kind->packing == 1 && kind->strips == 1;
+    const unsigned entries = is_plain ? MOST : 3, entry = kind->big ? 20 : 12;
     file f = {.high_first = kind->high_first};
     const unsigned word = kind->big ? 8 : 4, width = kind->type == 3 ? 2 : kind->type == 4 ? 4 : 8;
     put_text(&f, kind->high_first ? "MM" : "II");
     put(&f, kind->big ? 43 : 42, 2);
     if (kind->big) put(&f, 8, 4);
-    const size_t start = f.size + word, lists = start + (kind->big ? 8 + 60 : 2 + 36) + word;
+    const size_t start = f.size + word,
+                 lists = start + (kind->big ? 8 : 2) + entries * entry + word;
     const bool has_lists = kind->strips * width > word;
     const size_t strips = lists + (has_lists ? 2 * kind->strips * width : 0);
     put(&f, start, word);
-    put(&f, ENTRIES, kind->big ? 8 : 2);
+    put(&f, entries, kind->big ? 8 : 2);
+    if (is_plain) { /* of 5 x 2 pixels of two bytes */
+        put_entry(&f, kind, 256, 4, 1, 5);
+        put_entry(&f, kind, 257, 3, 1, 2);
+        put_entry(&f, kind, 258, 3, 2, 8);
+        put_entry(&f, kind, 262, 3, 1, kind->color);
+        put_entry(&f, kind, 277, 3, 1, 2);
+        put_entry(&f, kind, 284, 3, 1, 1);
+    }
     put_entry(&f, kind, 259, 3, 1, kind->packing);
     put_entry(&f, kind, 273, kind->type, kind->strips, has_lists ? lists : strips);
     put_entry(&f, kind, 279, kind->type, kind->strips,
@@ -93,18 +105,24 @@ static file make_tiff(const tiff_kind *kind) {
 static void a_tiff_has_what_it_says(void **state) {
     (void)state;
     static const tiff_kind kinds[] = {
-        {false, false, 8, 5, 4}, {true, false, 8, 5, 4}, {false, false, 1, 3, 3},
-        {false, true, 8, 5, 16}, {true, true, 5, 4, 4},  {false, false, 8, 1, 4},
-        {true, true, 8, 1, 16},  {true, false, 8, 1, 3},
+        {false, false, 8, 5, 4, 2}, {true, false, 8, 5, 4, 2}, {false, false, 1, 3, 3, 2},
+        {false, true, 8, 5, 16, 2}, {true, true, 5, 4, 4, 2},  {false, false, 8, 1, 4, 2},
+        {true, true, 8, 1, 16, 2},  {true, false, 8, 1, 3, 2},
     };
     for (size_t i = 0; i < sizeof kinds / sizeof *kinds; i++) {
         const file f = make_tiff(&kinds[i]);
         ends_nowhere_else(&f, 8);
     }
     /* Of what is not packed the pixels tell how long it is. */
-    const file plain = make_tiff(&(tiff_kind){false, false, 1, 1, 4});
+    static const tiff_kind plain[] = {
+        {false, false, 1, 1, 4, 1}, {false, true, 1, 1, 16, 2}, {false, false, 1, 1, 3, 2}};
+    for (size_t i = 0; i < sizeof plain / sizeof *plain; i++) {
+        const file f = make_tiff(&plain[i]);
+        ends_nowhere_else(&f, 8);
+    }
+    const file subsampled = make_tiff(&(tiff_kind){false, false, 1, 1, 4, 6});
     shd_error error;
-    assert_int_equal(walk(&plain, plain.size - 1, &error), SHD_OK);
+    assert_int_equal(walk(&subsampled, subsampled.size - 1, &error), SHD_OK);
 }
 
 /* ---- HDR ---- */
@@ -179,12 +197,13 @@ static void a_jpeg_has_an_end_and_few_scans(void **state) {
 
 static void nothing_is_read_beyond_the_end(void **state) {
     (void)state;
-    const file whole[] = {make_tiff(&(tiff_kind){false, false, 8, 5, 4}),
-                          make_tiff(&(tiff_kind){true, true, 8, 5, 16}),
+    const file whole[] = {make_tiff(&(tiff_kind){false, false, 8, 5, 4, 2}),
+                          make_tiff(&(tiff_kind){false, true, 1, 1, 4, 2}),
+                          make_tiff(&(tiff_kind){true, true, 8, 5, 16, 2}),
                           make_hdr("-Y 3 +X 10\n", true), make_jpeg(3)};
     uint32_t seed = 1;
     for (int round = 0; round < 4000; round++) {
-        file f = whole[round % 4];
+        file f = whole[round % 5];
         for (int i = 0; i < 3; i++) {
             seed = seed * 1664525 + 1013904223;
             f.bytes[4 + (seed >> 8) % (f.size - 4)] = (unsigned char)(seed >> 24 | (seed & 0x80));
