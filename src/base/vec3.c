@@ -113,7 +113,21 @@ double shd_norm(const shd_affine *m) {
     return largest * sqrt(most) * (1 + 1e-7);
 }
 
+/* Whether a map scales each axis alike, and does nothing else. */
+static bool is_scaling(const shd_affine *m, double *size) {
+    const double(*l)[3] = m->linear;
+    *size = fabs(l[0][0]);
+    return l[0][1] == 0 && l[0][2] == 0 && l[1][0] == 0 && l[1][2] == 0 && l[2][0] == 0 &&
+           l[2][1] == 0 && fabs(l[1][1]) == *size && fabs(l[2][2]) == *size && *size > 0 &&
+           isfinite(*size);
+}
+
 bool shd_is_similar(const shd_affine *m, double length[3]) {
+    double size;
+    if (is_scaling(m, &size)) {
+        length[0] = length[1] = length[2] = size;
+        return true;
+    }
     for (int c = 0; c < 3; c++)
         length[c] = shd_length((shd_vec3){m->linear[0][c], m->linear[1][c], m->linear[2][c]});
     const double s = length[0];

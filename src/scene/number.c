@@ -49,6 +49,10 @@ static double convert_digits(uint64_t digits, int power) {
     return (double)(quotient | (quotient * below != above)) * power_of_two(power - shift);
 }
 
+static bool is_space(char c) {
+    return c == ' ' || c == '\t' || c == '\n' || c == '\r';
+}
+
 static bool is_digit(const char *at, const char *end) {
     return at < end && *at >= '0' && *at <= '9';
 }
@@ -102,13 +106,13 @@ static inline int read_eight(const char *at, uint64_t *value) {
     return count;
 }
 
-const char *shd_number_read_plain(const char *text, const char *end, double *out) {
+/* Reads the number at `at`, behind which there are ROOM bytes at least. Returns its end, or NULL if
+ * it is none of the most common ones. */
+static inline const char *read_plain(const char *at, double *out) {
     static const uint64_t powers[] = {1,      10,      100,      1000,     10000,
                                       100000, 1000000, 10000000, 100000000};
-    enum { ROOM = 1 + 8 + 1 + 8 + 8 }; /* bytes that may be looked at */
-    if (end - text < ROOM) return NULL;
-    const bool negative = *text == '-';
-    const char *at = text + negative;
+    const bool negative = *at == '-';
+    at += negative;
     uint64_t digits = 0, part = 0;
     const int whole = read_eight(at, &digits);
     if (whole == 0 || whole == 8 || (*at == '0' && whole > 1)) return NULL;
@@ -127,10 +131,26 @@ const char *shd_number_read_plain(const char *text, const char *end, double *out
         }
         at += places;
     }
-    if ((*at | 0x20) == 'e') return NULL;
     double value = (double)(int64_t)digits;
     if (places) value /= power_of_ten[places];
     *out = negative ? -value : value;
+    return at;
+}
+
+const char *shd_number_read_row(const char *text, const char *end, double *out, size_t count,
+                                size_t *read) {
+    enum { ROOM = 1 + 8 + 1 + 8 + 8 + 2 }; /* bytes that may be looked at */
+    const char *at = text;
+    size_t i = 0;
+    while (i < count && end - at >= ROOM) {
+        const char *past = read_plain(at, &out[i]);
+        if (!past || *past != ',') break;
+        i++;
+        at = past + 1;
+        if (*at > ' ') continue; /* mostly there is none */
+        while (at < end && is_space(*at)) at++;
+    }
+    *read = i;
     return at;
 }
 

@@ -35,11 +35,18 @@ static bool make_room(shd_packs *packs, shd_arena *arena) {
  * end of the numbers that stay. */
 static const char *read_items(const char *at, const char *end, const atomic_bool *cancelled,
                               double *out, size_t count, const char **rest) {
-    for (size_t i = 0; i < count; i++) {
-        if (shd_is_cancelled_at(cancelled, i)) return NULL;
-        const char *const first = skip_space(at, end);
-        at = shd_number_read_plain(first, end, &out[i]);
-        if (!at) at = shd_number_read(first, end, &out[i]);
+    enum { ROW = 4096 }; /* numbers between looks at `cancelled` */
+    for (size_t i = 0, step = 0; i < count; i++, step++) {
+        if (shd_is_cancelled_at(cancelled, step)) return NULL;
+        if (i >= SHD_PACK_LEAST && i + 1 < count) {
+            const size_t left = count - 1 - i;
+            size_t read;
+            at = shd_number_read_row(skip_space(at, end), end, out + i, left < ROW ? left : ROW,
+                                     &read);
+            i += read;
+            if (read == ROW && shd_is_cancelled(cancelled)) return NULL;
+        }
+        at = shd_number_read(skip_space(at, end), end, &out[i]);
         if (!at) return NULL;
         if (i + 1 == SHD_PACK_LEAST) *rest = at;
         at = skip_space(at, end);

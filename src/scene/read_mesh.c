@@ -79,15 +79,30 @@ static const double *read_numbers(shd_reader *r, const list *l, const char *what
     return out;
 }
 
-/* Reads packed indices up to the first one that is wrong. Returns how many these are. */
+/* Makes indices below `end` of numbers. False: one of them is none. */
+static bool take_indices(const double *values, size_t count, int32_t end, uint32_t *out) {
+    uint32_t wrong = 0;
+    for (size_t i = 0; i < count; i++) {
+        const double least = values[i] > 0 ? values[i] : 0, held = least < end ? least : end;
+        const int32_t index = (int32_t)held;
+        wrong |= (uint32_t)(index != values[i]) | (uint32_t)(index >= end);
+        out[i] = (uint32_t)index;
+    }
+    return !wrong;
+}
+
+/* Reads packed indices, piece by piece, up to the first piece that has one that is wrong. Returns
+ * how many these are. */
 static size_t read_right_indices(const shd_reader *r, const list *l, double end, uint32_t *out) {
+    enum { PIECE = 1024 };
     const double *values = l->numbers.values;
+    const size_t count = l->numbers.count;
     size_t i = 0;
-    if (!values || !out || !(end <= UINT32_MAX)) return 0;
-    for (; i < l->numbers.count && !shd_is_cancelled_at(r->cancelled, i); i++) {
-        if (!(values[i] >= 0 && values[i] < end)) break;
-        out[i] = (uint32_t)values[i];
-        if (out[i] != values[i]) break;
+    if (!values || !out || !(end <= INT32_MAX)) return 0;
+    while (i < count && !shd_is_cancelled(r->cancelled)) {
+        const size_t left = count - i, some = left < PIECE ? left : PIECE;
+        if (!take_indices(values + i, some, (int32_t)end, out + i)) break;
+        i += some;
     }
     return i;
 }

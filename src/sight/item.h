@@ -82,12 +82,16 @@ typedef struct shd_outline {
     double margin;  /* for rounding */
 } shd_outline;
 
+/* The part of a pixel by which outlines, and rectangles that they are held against, are widened on
+ * all sides. */
+#define SHD_WIDER 1e-2
+
 /* Rectangles in pixels: no object is seen outside of its own. Arrays, for loops that vectorize. */
 typedef struct shd_frames {
     float *left, *right, *top, *bottom;
 } shd_frames;
 
-enum { SHD_BAND = 32 };
+enum { SHD_CELL = 32 };
 
 struct shd_sight {
     const shd_plan *plan;
@@ -100,12 +104,12 @@ struct shd_sight {
     uint32_t *order;       /* [count]: roughly nearer ones first */
     shd_outline *outlines; /* [count]: in that order */
     shd_frames frames;     /* [count]: in that order */
-    /* Bands of SHD_BAND rows of the picture: places in that order of what reaches into band b are
-     * banded[bands[b]] up to banded[bands[b + 1]]. NULL: there are few objects, or they are high.
-     */
-    const uint32_t *bands;
-    uint32_t *banded;
-    int band_count;
+    /* Cells of the picture, SHD_CELL pixels wide and high, or as wide as the picture: places in
+     * that order of what reaches into cell c, row by row, are celled[cells[c]] up to celled[cells[c
+     * + 1]]. NULL: there are few objects, or they are large. */
+    const uint32_t *cells;
+    uint32_t *celled;
+    int cells_across, cells_down;
     /* The sample pattern, shd_center_sample and those of shd_rule_sample. */
     double offset_x[65 + SHD_NODES_ALL], offset_y[65 + SHD_NODES_ALL];
 };

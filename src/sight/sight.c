@@ -188,6 +188,17 @@ static shd_status make_mesh(shd_sight *sight, size_t index, shd_arena *arena, sh
     return SHD_OK;
 }
 
+/* The same for a ball, whose map from the world only scales. */
+static void place_ball_eye(const shd_plan *plan, shd_item *it) {
+    const shd_camera *camera = &plan->scene->camera;
+    const double shrink = it->from_world.linear[0][0], grow = it->size * plan->scale;
+    const shd_vec3 at = it->to_world.origin;
+    it->eye = shd_scale(shd_sub(camera->position, at), shrink);
+    it->forward = shd_scale(camera->back, -shrink);
+    it->far = !(shd_length(it->eye) < 16);
+    it->to_frame = scaling_map(grow, shd_scale(shd_sub(at, plan->origin), plan->scale));
+}
+
 /* Makes a sphere that stays one, which has an inverse in any case. False: it is none. */
 static bool make_ball(const shd_plan *plan, const shd_object *object, shd_item *it) {
     double axes[3];
@@ -199,7 +210,7 @@ static bool make_ball(const shd_plan *plan, const shd_object *object, shd_item *
     it->to_world = scaling_map(it->size, to_world.origin);
     it->from_world = scaling_map(1 / it->size, (shd_vec3){0, 0, 0});
     it->normal_map = scaling_map(1, (shd_vec3){0, 0, 0});
-    place_eye(plan, it);
+    place_ball_eye(plan, it);
     it->blind = SHD_BLIND * fmax(axes[0], fmax(axes[1], axes[2]));
     return true;
 }
@@ -208,9 +219,9 @@ static shd_status make_item(shd_sight *sight, size_t index, shd_arena *arena, sh
     const shd_plan *plan = sight->plan;
     const shd_object *object = &plan->scene->objects[index];
     shd_item *it = &sight->items[index];
-    it->shape = object->shape;
-    it->tube = object->tube / object->radius;
-    it->front_only = plan->materials[object->material].front_only;
+    *it = (shd_item){.shape = object->shape,
+                     .tube = object->tube / object->radius,
+                     .front_only = plan->materials[object->material].front_only};
     bool faceted = object->interpolation != SHD_PHONG;
     if (make_ball(plan, object, it)) return SHD_OK;
     if (!shd_object_frame(object, &it->to_world, &it->from_world))
@@ -270,7 +281,7 @@ shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd
     const double x = 0.5 * scene->raster.width, y = 0.5 * scene->raster.height;
     const double half_y = shd_half_height(&scene->camera), half_x = half_y * (2 * x) / (2 * y);
     shd_sight *sight = shd_arena_alloc(arena, 1, sizeof *sight);
-    shd_item *items = shd_arena_zalloc(arena, scene->object_count, sizeof *items);
+    shd_item *items = shd_arena_alloc(arena, scene->object_count, sizeof *items);
     if (!sight || !items)
         return shd_fail(error, SHD_MEMORY, "/objects", "the limit `memory` is reached");
     *sight = (shd_sight){

@@ -38,11 +38,13 @@ static void check_number(const char *text) {
         fail_msg("%s: %a instead of %a", text, read, wanted);
     /* The fast way tells the same, or nothing. */
     char more[1300];
-    const size_t size = (size_t)snprintf(more, sizeof more, "%s]%32s", text, "");
+    const size_t size = (size_t)snprintf(more, sizeof more, "%s, ]%32s", text, "");
     double fast = -1;
-    const char *fast_end = shd_number_read_plain(more, more + size, &fast);
-    read_fast += fast_end != NULL;
-    if (fast_end && (fast_end != more + length || memcmp(&fast, &wanted, sizeof fast) != 0))
+    size_t count;
+    const char *fast_end = shd_number_read_row(more, more + size, &fast, 1, &count);
+    read_fast += (int)count;
+    if (fast_end != more + (count ? length + 2 : 0) ||
+        (count && memcmp(&fast, &wanted, sizeof fast) != 0))
         fail_msg("%s: %a instead of %a, fast", text, fast, wanted);
 }
 
