@@ -70,6 +70,7 @@ class Daemon:
                                         stderr=subprocess.PIPE, pass_fds=pass_fds, env=environment(**(env or {})))
         self.pid = self.process.pid
         self.lines = []
+        self.parsed, self.parsed_lines = [], 0
         self.changed = threading.Condition()
         self.reader = threading.Thread(target=self._read, daemon=True)
         self.reader.start()
@@ -106,19 +107,24 @@ class Daemon:
     def events(self, name=None):
         """The log so far, as objects."""
         with self.changed:
-            lines = [line for line in self.lines if line and line.startswith("{")]
-        events = [json.loads(line) for line in lines]
-        return [event for event in events if name in (None, event["event"])]
+            new = self.lines[self.parsed_lines:]
+            self.parsed_lines += len(new)
+            self.parsed += [json.loads(line) for line in new if line and line.startswith("{")]
+            return [event for event in self.parsed if name in (None, event["event"])]
 
     def wait_for(self, name, matches=lambda event: True, timeout=PATIENCE):
         """The first log event of that name that matches."""
+        seen, event = 0, None
+
         def found():
-            return next(filter(matches, self.events(name)), None)
+            nonlocal seen, event
+            events = self.events()
+            event = next((e for e in events[seen:] if e["event"] == name and matches(e)), None)
+            seen = len(events)
+            return event or (self.lines and self.lines[-1] is None)
 
         with self.changed:
-            self.changed.wait_for(lambda: found() or (self.lines and self.lines[-1] is None),
-                                  timeout)
-        event = found()
+            self.changed.wait_for(found, timeout)
         if not event:
             raise AssertionError(f"no {name} in the log:\n{self.stderr()}")
         return event

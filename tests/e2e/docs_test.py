@@ -52,7 +52,7 @@ def blocks(page, language):
 
 class Docs(unittest.TestCase):
     def test_every_link_and_anchor_is_there(self):
-        with Daemon() as daemon:
+        with Daemon("--timeout", "300") as daemon:
             pages, others, waiting = {}, set(), ["/docs", "/docs/"]
             while waiting:
                 path = waiting.pop()

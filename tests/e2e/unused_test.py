@@ -23,59 +23,60 @@ SPOT = {"type": "spot", "position": [2, 3, 4], "direction": [-2, -3, -4]}
 
 
 def of(**material):
-    return {"image": PICTURE, "objects": [{"type": "sphere", "material": material}]}
+    return {"type": "sphere", "material": material}
 
 
-def written(**output):
-    return {**SPHERE, "output": output}
+def side_by_side(*objects):
+    """None hides another."""
+    return [{**one, "transform": {"translate": [i % 3 - 1, i // 3 - 0.5, 0], "scale": [0.4, 0.4, 0.4]}}
+            for i, one in enumerate(objects)]
 
 
-# Of each feature: a scene that uses it, and expressions of functions that are for it alone, as their
-# names begin. Each must be executed for that scene, and not for any of SIMPLE. Kernels that sum
-# lights are functions each: sum_POINTS CHANNELS LOBES, of positions in two parts, of one channel or
-# three, of no lobe, one or several.
-FEATURES = {
-    "meshes": (MESH, ["shd_mesh_tree_new", "shd_mesh_view_make", "shd_find_mesh", "shd_place_mesh"]),
-    "faces": ({**SPHERE, "interpolation": "flat"}, ["shd_tessellate", "light_block"]),
-    "gouraud": ({**SPHERE, "interpolation": "gouraud"}, ["shd_tessellate", "light_block"]),
-    "tori": ({"image": PICTURE, "objects": [{"type": "torus"}]}, ["shd_find_torus", "shd_place_torus"]),
-    "shapes": ({"image": PICTURE, "objects": [{"type": "box"}]},
-               ["shd_find_surfaces", "shd_place_surfaces"]),
-    "points of light": ({**SPHERE, "lights": [LAMP]}, ["read_position", "shd_least_distance"]),
-    "attenuation": ({**SPHERE, "lights": [{**LAMP, "attenuation": [0, 0, 1]}]},
-                    ["read_attenuation"]),
-    "spots": ({**SPHERE, "lights": [SPOT]}, ["shd_outside_cone", "shd_spot_error"]),
-    "colored lights": ({**SPHERE, "lights": [{**LAMP, "color": [1, 0.5, 0]}]}, ["sum_[01]3[012]"]),
-    "highlights": (of(specular=0.5), ["sum_[01][13]1", "shd_pack_lobe", "shd_lobe_sum",
-                                      "shd_shine_most"]),
-    "several highlights": (of(specular=0.5, lobes=[{"specular": 0.2, "shininess": 4}]),
-                           ["sum_[01][13]2", "read_lobes"]),
-    "patterns": (of(diffuse={"pattern": "checker", "colors": [0, 1]}),
-                 ["shd_textured_weigh", "shd_textured_sums", "shd_pattern_mean",
-                  "shd_chart_footprint"]),
-    "ambient light": ({**SPHERE, "ambient": 0.2}, ["shd_read_color"]),
-    "draft": ({**SPHERE, "image": {"width": 64, "height": 64, "samples": 4}, "accuracy": {"tier": "draft"}},
-              ["shd_mean_is_central", "shd_sight_bend", "shd_spread_of", "shd_sketch_prepare",
-               "shd_sketch_block"]),
-    "budgets": ({**SPHERE, "objects": [{"type": "torus"}], "accuracy": {"maxError": 0.5}}, ["shd_plan_rank_tiers"]),
-    "the exact tier": ({**SPHERE, "accuracy": {"tier": "exact"}},
-                       ["shd_light_sums64", "shd_mix_exact", "shd_sums64"]),
-    "many lights": ({**SPHERE, "accuracy": {"maxError": 0.5}, "lights": [
+# Scenes, and the features that each of them uses, with expressions of functions that are for a feature
+# alone, as their names begin. Each must be executed for that scene, and not for any of SIMPLE. A scene
+# has as many features as get on with each other: valgrind takes seconds for each, whatever is in it.
+# Kernels that sum lights are functions each: sum_POINTS CHANNELS LOBES, of positions in two parts, of one
+# channel or three, of no lobe, one or several.
+USES = [
+    ({"image": PICTURE, "ambient": 0.2,
+      "objects": side_by_side({"type": "torus"}, {"type": "box"}, MESH["objects"][0], of(specular=0.5),
+                              of(specular=0.5, lobes=[{"specular": 0.2, "shininess": 4}]),
+                              of(diffuse={"pattern": "checker", "colors": [0, 1]})),
+      "lights": [{**LAMP, "attenuation": [0, 0, 1]}, SPOT, {**LAMP, "color": [1, 0.5, 0]}]},
+     {"meshes": ["shd_mesh_tree_new", "shd_mesh_view_make", "shd_find_mesh", "shd_place_mesh"],
+      "tori": ["shd_find_torus", "shd_place_torus"],
+      "shapes": ["shd_find_surfaces", "shd_place_surfaces"],
+      "points of light": ["read_position", "shd_least_distance"],
+      "attenuation": ["read_attenuation"],
+      "spots": ["shd_outside_cone", "shd_spot_error"],
+      "colored lights": ["sum_[01]3[012]"],
+      "highlights": ["sum_[01][13]1", "shd_pack_lobe", "shd_lobe_sum", "shd_shine_most"],
+      "several highlights": ["sum_[01][13]2", "read_lobes"],
+      "patterns": ["shd_textured_weigh", "shd_textured_sums", "shd_pattern_mean", "shd_chart_footprint"],
+      "ambient light": ["shd_read_color"]}),
+    ({**SPHERE, "interpolation": "flat"}, {"faces": ["shd_tessellate", "light_block"]}),
+    ({**SPHERE, "interpolation": "gouraud"}, {"gouraud": ["shd_tessellate", "light_block"]}),
+    ({**SPHERE, "image": {"width": 64, "height": 64, "samples": 4}, "accuracy": {"tier": "draft"}},
+     {"draft": ["shd_mean_is_central", "shd_sight_bend", "shd_spread_of", "shd_sketch_prepare",
+                "shd_sketch_block"]}),
+    ({**SPHERE, "accuracy": {"tier": "exact"}},
+     {"the exact tier": ["shd_light_sums64", "shd_mix_exact", "shd_sums64"]}),
+    ({"image": PICTURE, "objects": [{"type": "torus"}], "accuracy": {"maxError": 0.5}, "lights": [
         {**LAMP, "position": [i, 3, 4], "intensity": 10 ** -i} for i in range(12)]},
-                    ["find_room", "shd_plan_cull"]),
-    "several outputs": ({**SPHERE, "outputs": [{"name": "a"}, {"name": "b"}]},
-                        ["shd_read_outputs"]),
-    "16 bits": (written(bitDepth=16), ["read_depth"]),
-    "spaces": (written(colorSpace="YIQ"), ["shd_read_space"]),
-    "layers": (written(format="exr", layers=["beauty", "normal", "light.0"]),
-               ["shd_encode_oiio", "store_data", "shd_oiio_load"]),
-    "exr": (written(format="exr"), ["shd_encode_oiio", "shd_oiio_load"]),
-    "tiff": (written(format="tiff"), ["shd_encode_oiio", "shd_oiio_load"]),
-    "hdr": (written(format="hdr"), ["shd_encode_oiio", "shd_oiio_load"]),
-    "jpeg": (written(format="jpeg"), ["shd_encode_jpeg"]),
-    "webp": (written(format="webp"), ["shd_encode_webp"]),
-    "scopes": (written(scope="waveform"), ["shd_scope_make", "shd_displayed_make"]),
-}
+     {"budgets": ["shd_plan_rank_tiers"], "many lights": ["find_room", "shd_plan_cull"]}),
+    ({**SPHERE, "outputs": [{"name": "a", "bitDepth": 16}, {"name": "b", "colorSpace": "YIQ"},
+                            {"name": "c", "format": "jpeg"}, {"name": "d", "format": "webp"},
+                            {"name": "e", "scope": "waveform"}]},
+     {"several outputs": ["shd_read_outputs"],
+      "16 bits": ["read_depth"],
+      "spaces": ["shd_read_space"],
+      "jpeg": ["shd_encode_jpeg"],
+      "webp": ["shd_encode_webp"],
+      "scopes": ["shd_scope_make", "shd_displayed_make"]}),
+    ({**SPHERE, "outputs": [{"name": "a", "format": "exr", "layers": ["beauty", "normal", "light.0"]},
+                            {"name": "b", "format": "tiff"}, {"name": "c", "format": "hdr"}]},
+     {"layers": ["store_data"], "exr, tiff and hdr": ["shd_encode_oiio", "shd_oiio_load"]}),
+]
 COMMANDS = {
     "compare": ["shd_request_compare", "shd_delta_e_2000", "shd_film_measure"],
     "analyze": ["shd_request_analyze", "shd_displayed_make", "shd_figures_find"],
@@ -113,10 +114,12 @@ class Unused(unittest.TestCase):
     def test_no_instruction_of_unused_features_is_executed(self):
         with ThreadPoolExecutor(2) as workers:
             alone = {name: workers.submit(self.executed, scene) for name, scene in SIMPLE.items()}
-            uses = {name: workers.submit(self.executed, scene)
-                    for name, (scene, _) in FEATURES.items()}
-            uses |= {name: workers.submit(self.executed, SPHERE, name) for name in COMMANDS}
-        functions = {**{name: starts for name, (_, starts) in FEATURES.items()}, **COMMANDS}
+            runs = [workers.submit(self.executed, scene) for scene, _ in USES]
+            uses = {name: workers.submit(self.executed, SPHERE, name) for name in COMMANDS}
+        functions = dict(COMMANDS)
+        for run, (_, features) in zip(runs, USES):
+            functions |= features
+            uses |= dict.fromkeys(features, run)
         self.assertTrue(any(name.startswith("shd_show_ball") for name in alone["a sphere"].result()),
                         "it sees a sphere")
         for feature, starts in functions.items():
@@ -137,8 +140,7 @@ class Unused(unittest.TestCase):
 
         tiff = loaded({**SPHERE, "output": {"format": "tiff"}})
         self.assertTrue(any("OpenImageIO" in name for name in tiff), "what is loaded is listed")
-        for scene in (SPHERE, *(scene for scene, starts in FEATURES.values()
-                                if "shd_oiio_load" not in starts)):
+        for scene in (SPHERE, *(scene for scene, features in USES if "layers" not in features)):
             with self.subTest(scene=scene):
                 names = loaded(scene)
                 self.assertTrue(names)

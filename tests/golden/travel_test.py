@@ -9,6 +9,7 @@ import io
 import json
 import os
 import subprocess
+import tempfile
 import unittest
 from pathlib import Path
 
@@ -24,17 +25,15 @@ SPACES = ("srgb_tx", "YIQ", "HSV")
 
 
 def pictures(document, color_spaces, *options):
-    """A small picture in each space."""
-    made = {}
-    for space in color_spaces:
-        output = {"format": "png", **space}
-        run = subprocess.run([os.path.join(program.BUILD, "shade"), "render", "-", "-o", "-", *options],
-                             input=json.dumps({**document, "output": output}).encode(),
+    """A small picture in each space: outputs of one scene, for which a configuration is read once."""
+    outputs = [{"name": str(i), "format": "png", **space} for i, space in enumerate(color_spaces)]
+    with tempfile.TemporaryDirectory() as folder:
+        run = subprocess.run([os.path.join(program.BUILD, "shade"), "render", "-", "-o", f"{folder}/", *options],
+                             input=json.dumps({**document, "outputs": outputs}).encode(),
                              capture_output=True, check=False, timeout=300)
         if run.returncode:
             raise AssertionError(run.stderr.decode())
-        made[str(space)] = np.asarray(Image.open(io.BytesIO(run.stdout)), dtype=int)
-    return list(made.values())
+        return [np.asarray(Image.open(f"{folder}/{output['name']}.png"), dtype=int) for output in outputs]
 
 
 class Travel(unittest.TestCase):

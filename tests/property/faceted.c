@@ -1,6 +1,7 @@
 /* Patterns on flat and gouraud objects: light is interpolated, and multiplied by coefficients at
  * each sample. */
 #include "property/pieces.h"
+#include "property/reused.h"
 
 /* Two objects of most shapes, faceted and not, of one material. */
 static const char all[] =
@@ -115,13 +116,7 @@ static void tiers_differ_by_no_more_than_is_said(void **state) {
         const char *by = k % 2 ? "flat" : "gouraud";
         drawn a = draw(*state, k < 2 ? 1 : 4, "standard", by, "", SEVERAL),
               b = draw(*state, k < 2 ? 1 : 4, "exact", by, "", SEVERAL);
-        const double bound = a.request->rendering.plan->bound.linear;
-        double most = 0;
-        assert_true(isfinite(bound) && bound < 1e-4);
-        for (size_t i = 0; i < 4 * pixels_of(&a); i++)
-            most = fmax(most, fabs((double)a.film.rgba[i] - (double)b.film.rgba[i]));
-        assert_true(most > 0);
-        assert_below(most, bound);
+        check_bound(&a, &b, 1e-4);
         drop_drawn(&a);
         drop_drawn(&b);
     }
@@ -147,18 +142,6 @@ static void layers_add_up(void **state) {
     }
 }
 
-static file render(shd_engine *engine, const char *json, shd_reused *reused) {
-    shd_request *request = read_scene(engine, json);
-    shd_error error;
-    assert_int_equal(shd_request_render(request, NULL, &error), SHD_OK);
-    size_t count;
-    file out = {NULL, shd_request_pictures(request, &count)[0].size};
-    out.data = shd_request_take(request, 0);
-    *reused = shd_request_reused(request);
-    shd_request_drop(request);
-    return out;
-}
-
 /* Another tint casts and lights nothing, another light casts nothing, other faces are others, and
  * bytes are the same. */
 static void tints_keep_light(void **state) {
@@ -182,13 +165,8 @@ static void tints_keep_light(void **state) {
         for (size_t i = 0; i < sizeof steps / sizeof steps[0]; i++) {
             char *json = text_of(all, samples, "standard", steps[i].by, steps[i].light, "",
                                  steps[i].material, steps[i].segments, "");
-            shd_reused reused, none;
-            file a = render(keeps, json, &reused), b = render(*state, json, &none);
-            if (!same_file(a, b)) fail_msg("step %zu of %d samples", i, samples);
+            const shd_reused reused = reused_for(keeps, *state, json);
             if (reused != steps[i].reused) fail_msg("step %zu reused %d", i, (int)reused);
-            free(a.data);
-            free(b.data);
-            free(json);
         }
     }
     shd_engine_drop(keeps);

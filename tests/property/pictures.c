@@ -1,5 +1,6 @@
 /* Pictures on surfaces: what they look like, what is reused, and that tiers differ by no more than
  * is said. */
+#include "property/pieces.h"
 #include "property/put_picture.h"
 
 /* A floor, a ball and a square; `diffuse` is the ball's. */
@@ -44,13 +45,7 @@ static void tiers_differ_by_no_more_than_is_said(void **state) {
         v.tier = "exact";
         char *full = write_view(*state, v);
         drawn a = film_of(*state, fast), b = film_of(*state, full);
-        const double bound = a.request->rendering.plan->bound.linear;
-        double most = 0;
-        assert_true(isfinite(bound) && bound < 1e-4);
-        for (size_t i = 0; i < 4 * pixels_of(&a); i++)
-            most = fmax(most, fabs((double)a.film.rgba[i] - (double)b.film.rgba[i]));
-        assert_true(most > 0);
-        assert_below(most, bound);
+        check_bound(&a, &b, 1e-4);
         drop_drawn(&a);
         drop_drawn(&b);
         free(fast);
@@ -146,25 +141,12 @@ static void regions_and_kernels_see_the_same(void **state) {
     const put_name checks = put_checks(*state, 32);
     const view v = {4, "exact", "", BLUE, checks.text, "0.8"};
     char *whole = write_view(*state, v);
-    drawn a = film_of(*state, whole);
     shd_engine *other = new_engine_of(1, "portable");
     put_checks(other, 32);
     free(write_view(other, v));
-    drawn b = film_of(other, whole);
-    assert_true(same_film(&a, &b));
-    char *part = strdup(whole), *size = strstr(part, "\"samples\"");
-    char *cut = text_of("%.*s\"region\": [13, 7, 20, 30], %s", (int)(size - part), part, size);
-    drawn c = film_of(*state, cut);
-    for (int y = 0; y < 30; y++)
-        assert_memory_equal(c.film.rgba + 4 * 20 * y, a.film.rgba + 4 * (64 * (y + 7) + 13),
-                            20 * 4 * sizeof(float));
-    drop_drawn(&a);
-    drop_drawn(&b);
-    drop_drawn(&c);
+    check_region(*state, other, whole);
     shd_engine_drop(other);
     free(whole);
-    free(part);
-    free(cut);
 }
 
 static void refuse(shd_engine *engine, const char *texture, uint64_t memory, shd_status status,

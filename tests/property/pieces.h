@@ -58,4 +58,33 @@ static inline shd_affine scaling(double x, double y, double z) {
     return (shd_affine){{{x, 0, 0}, {0, y, 0}, {0, 0, z}}, {0, 0, 0}};
 }
 
+/* That a film differs from the exact one, by no more than its plan says, which is below `most`. */
+static inline void check_bound(const drawn *film, const drawn *exact, double most) {
+    const double bound = film->request->rendering.plan->bound.linear;
+    double difference = 0;
+    assert_true(isfinite(bound) && bound < most);
+    for (size_t i = 0; i < 4 * pixels_of(film); i++)
+        difference =
+            fmax(difference, fabs((double)film->film.rgba[i] - (double)exact->film.rgba[i]));
+    assert_true(difference > 0);
+    assert_below(difference, bound);
+}
+
+/* That a scene of 64 x 48 pixels is the same by another engine, and a part of it where it is cut
+ * out. */
+static inline void check_region(shd_engine *engine, shd_engine *other, const char *whole) {
+    drawn a = film_of(engine, whole), b = film_of(other, whole);
+    assert_true(same_film(&a, &b));
+    const char *size = strstr(whole, "\"samples\"");
+    char *cut = text_of("%.*s\"region\": [13, 7, 20, 30], %s", (int)(size - whole), whole, size);
+    drawn c = film_of(engine, cut);
+    for (int y = 0; y < 30; y++)
+        assert_memory_equal(c.film.rgba + 4 * 20 * y, a.film.rgba + 4 * (64 * (y + 7) + 13),
+                            20 * 4 * sizeof(float));
+    drop_drawn(&a);
+    drop_drawn(&b);
+    drop_drawn(&c);
+    free(cut);
+}
+
 #endif

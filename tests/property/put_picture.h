@@ -2,7 +2,7 @@
 #ifndef SHD_TEST_PUT_PICTURE_H
 #define SHD_TEST_PUT_PICTURE_H
 
-#include "image/image.h"
+#include "png_file.h"
 #include "property/film_of.h"
 
 /* Its name: "sha256-" and digits. */
@@ -13,27 +13,17 @@ typedef struct put_name {
 /* Puts a PNG with these samples of 8 bits, [height][width][4], straight. */
 static inline put_name put_picture(shd_engine *engine, int width, int height,
                                    const uint8_t *samples) {
-    shd_arena *arena = shd_arena_new(64 << 20);
     shd_request *request;
-    shd_bytes png;
     shd_error error;
     put_name out = {"sha256-"};
     bool known;
-    const shd_image image = {.width = width,
-                             .height = height,
-                             .channel = -1,
-                             .alpha = true,
-                             .depth = SHD_U8,
-                             .samples = samples,
-                             .slots = 1};
-    assert_int_equal(shd_image_encode(&image, SHD_PNG, arena, &png, &error), SHD_OK);
+    const shd_bytes png = png_file_of(width, height, samples);
     assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);
     const shd_digest digest = shd_digest_of(png.data, png.size);
     assert_int_equal(
         shd_request_keep_asset(request, png.data, png.size, &digest, "somebody", &known), SHD_OK);
     shd_digest_write(&digest, out.text + 7);
     shd_request_drop(request);
-    shd_arena_drop(arena);
     free(png.data);
     return out;
 }

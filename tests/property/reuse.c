@@ -2,6 +2,7 @@
 #include <pthread.h>
 
 #include "property/pieces.h"
+#include "property/reused.h"
 
 typedef struct change {
     const char *red, *light, *shininess, *radius;
@@ -18,18 +19,6 @@ static char *scene(change c, int samples, const char *tier) {
         "0.3, "
         "\"shininess\": %s}}, {\"type\": \"torus\", \"material\": {\"diffuse\": [0.2, %s, 0.2]}}]}",
         samples, tier, c.light, c.radius, c.red, c.shininess, c.red);
-}
-
-static file render(shd_engine *engine, const char *json, shd_reused *reused) {
-    shd_request *request = read_scene(engine, json);
-    shd_error error;
-    assert_int_equal(shd_request_render(request, NULL, &error), SHD_OK);
-    size_t count;
-    file out = {NULL, shd_request_pictures(request, &count)[0].size};
-    out.data = shd_request_take(request, 0);
-    *reused = shd_request_reused(request);
-    shd_request_drop(request);
-    return out;
 }
 
 static const change first = {"0.6", "1", "50", "1"};
@@ -55,22 +44,27 @@ static void pictures_are_the_same_and_work_is_saved(void **state) {
                    *forgets = new_engine_that_keeps(0, 2, NULL);
         for (size_t i = 0; i < sizeof steps / sizeof steps[0]; i++) {
             char *json = scene(steps[i].to, samples[k], tier);
-            shd_reused reused, none;
-            file a = render(keeps, json, &reused), b = render(forgets, json, &none);
-            if (!same_file(a, b)) fail_msg("step %zu, %s", i, tier);
-            assert_int_equal(none, SHD_REUSED_NOTHING);
+            const shd_reused reused = reused_for(keeps, forgets, json);
             /* Which blocks of a draft are smooth depends on colors. */
             const bool colored = k == 4 && i != 1 && steps[i].reused == SHD_REUSED_LIGHT;
             assert_int_equal(reused, k == 1 || k == 3 ? SHD_REUSED_NOTHING
                                      : colored        ? SHD_REUSED_GEOMETRY
                                                       : steps[i].reused);
-            free(a.data);
-            free(b.data);
-            free(json);
         }
         shd_engine_drop(keeps);
         shd_engine_drop(forgets);
     }
+}
+
+/* Drafts of these variants of a scene share what is seen, but no light. */
+static void check_drafts(const char *written, const char *const variants[], int count) {
+    shd_engine *keeps = new_engine_that_keeps((size_t)64 << 20, 2, NULL),
+               *forgets = new_engine_that_keeps(0, 2, NULL);
+    for (int i = 0; i < count; i++)
+        assert_int_equal(reused_for(keeps, forgets, text_of(written, variants[i])),
+                         i ? SHD_REUSED_GEOMETRY : SHD_REUSED_NOTHING);
+    shd_engine_drop(keeps);
+    shd_engine_drop(forgets);
 }
 
 /* Ambient light, like all colors, may hide what one sample of a draft is off. Under a spot, drafts
@@ -78,27 +72,13 @@ static void pictures_are_the_same_and_work_is_saved(void **state) {
 static void drafts_know_ambient_light(void **state) {
     (void)state;
     static const char *const ambients[] = {"2", "0"};
-    shd_engine *keeps = new_engine_that_keeps((size_t)64 << 20, 2, NULL),
-               *forgets = new_engine_that_keeps(0, 2, NULL);
-    for (int i = 0; i < 2; i++) {
-        char *json = text_of(
-            "{\"image\": {\"width\": 64, \"height\": 48}, \"accuracy\": {\"tier\": \"draft\"}, "
-            "\"output\": {\"format\": \"png\", \"bitDepth\": 16}, \"ambient\": %s, \"lights\": "
-            "[{\"type\": \"spot\", \"position\": [3, 2, 3], \"direction\": [-3, -2, -3], "
-            "\"angle\": 60, "
-            "\"penumbra\": 0, \"intensity\": 0.5}], \"objects\": "
-            "[{\"type\": \"sphere\", \"radius\": 1.4, \"material\": {\"specular\": 0.1}}]}",
-            ambients[i]);
-        shd_reused reused;
-        file a = render(keeps, json, &reused), b = render(forgets, json, &(shd_reused){0});
-        assert_true(same_file(a, b));
-        assert_int_equal(reused, i ? SHD_REUSED_GEOMETRY : SHD_REUSED_NOTHING);
-        free(a.data);
-        free(b.data);
-        free(json);
-    }
-    shd_engine_drop(keeps);
-    shd_engine_drop(forgets);
+    check_drafts(
+        "{\"image\": {\"width\": 64, \"height\": 48}, \"accuracy\": {\"tier\": \"draft\"}, "
+        "\"output\": {\"format\": \"png\", \"bitDepth\": 16}, \"ambient\": %s, \"lights\": "
+        "[{\"type\": \"spot\", \"position\": [3, 2, 3], \"direction\": [-3, -2, -3], "
+        "\"angle\": 60, \"penumbra\": 0, \"intensity\": 0.5}], \"objects\": "
+        "[{\"type\": \"sphere\", \"radius\": 1.4, \"material\": {\"specular\": 0.1}}]}",
+        ambients, 2);
 }
 
 /* Budgets leave drafts different rooms, and what is left out in a larger one is not within a
@@ -106,26 +86,12 @@ static void drafts_know_ambient_light(void **state) {
 static void drafts_know_their_room(void **state) {
     (void)state;
     static const char *const most[] = {"0.05", "0.001", "0.0003"};
-    shd_engine *keeps = new_engine_that_keeps((size_t)64 << 20, 2, NULL),
-               *forgets = new_engine_that_keeps(0, 2, NULL);
-    for (int i = 0; i < 3; i++) {
-        char *json =
-            text_of("{\"image\": {\"width\": 64, \"height\": 48}, \"accuracy\": {\"maxError\": %s, "
-                    "\"metric\": \"linear\"}, \"output\": {\"format\": \"png\", \"bitDepth\": 16}, "
-                    "\"lights\": [{\"type\": \"spot\", \"position\": [3, 2, 3], \"direction\": "
-                    "[-3, -2, -3], \"angle\": 60, \"penumbra\": 0.2}], \"objects\": "
-                    "[{\"type\": \"sphere\", \"radius\": 1.4}]}",
-                    most[i]);
-        shd_reused reused;
-        file a = render(keeps, json, &reused), b = render(forgets, json, &(shd_reused){0});
-        assert_true(same_file(a, b));
-        assert_int_equal(reused, i ? SHD_REUSED_GEOMETRY : SHD_REUSED_NOTHING);
-        free(a.data);
-        free(b.data);
-        free(json);
-    }
-    shd_engine_drop(keeps);
-    shd_engine_drop(forgets);
+    check_drafts("{\"image\": {\"width\": 64, \"height\": 48}, \"accuracy\": {\"maxError\": %s, "
+                 "\"metric\": \"linear\"}, \"output\": {\"format\": \"png\", \"bitDepth\": 16}, "
+                 "\"lights\": [{\"type\": \"spot\", \"position\": [3, 2, 3], \"direction\": "
+                 "[-3, -2, -3], \"angle\": 60, \"penumbra\": 0.2}], \"objects\": "
+                 "[{\"type\": \"sphere\", \"radius\": 1.4}]}",
+                 most, 3);
 }
 
 /* Sums of light do not know colors, however large these are. */
@@ -138,13 +104,8 @@ static void colors_of_any_size_keep_the_light(void **state) {
         change c = first;
         c.red = reds[i];
         char *json = scene(c, 4, "standard");
-        shd_reused reused;
-        file a = render(keeps, json, &reused), b = render(forgets, json, &(shd_reused){0});
-        assert_true(same_file(a, b));
-        assert_int_equal(reused, i ? SHD_REUSED_LIGHT : SHD_REUSED_NOTHING);
-        free(a.data);
-        free(b.data);
-        free(json);
+        assert_int_equal(reused_for(keeps, forgets, json),
+                         i ? SHD_REUSED_LIGHT : SHD_REUSED_NOTHING);
     }
     shd_engine_drop(keeps);
     shd_engine_drop(forgets);
@@ -173,12 +134,7 @@ static void lists_of_lights_are_told_apart(void **state) {
                    *forgets = new_engine_that_keeps(0, 2, NULL);
         for (int i = 0; i < 3; i++) {
             char *json = text_of(scenes[k], parts[k][i]);
-            shd_reused reused;
-            file a = render(keeps, json, &reused), b = render(forgets, json, &(shd_reused){0});
-            assert_true(same_file(a, b));
-            free(a.data);
-            free(b.data);
-            free(json);
+            reused_for(keeps, forgets, json);
         }
         shd_engine_drop(keeps);
         shd_engine_drop(forgets);
@@ -198,13 +154,7 @@ static void planes_of_single_lights_are_not_kept(void **state) {
                              "\"objects\": [{\"type\": \"sphere\"}], \"output\": {\"format\": "
                              "\"exr\", \"layers\": [\"beauty\", \"%s\"]}}",
                              layers[i % 3]);
-        shd_reused reused;
-        file a = render(keeps, json, &reused), b = render(forgets, json, &(shd_reused){0});
-        assert_true(same_file(a, b));
-        assert_int_equal(reused, SHD_REUSED_NOTHING);
-        free(a.data);
-        free(b.data);
-        free(json);
+        assert_int_equal(reused_for(keeps, forgets, json), SHD_REUSED_NOTHING);
     }
     shd_engine_drop(keeps);
     shd_engine_drop(forgets);
@@ -220,9 +170,9 @@ static void the_cap_holds(void **state) {
         c.radius = radius;
         char *json = scene(c, 1, "standard");
         shd_reused reused;
-        free(render(engine, json, &reused).data);
+        free(file_of(engine, json, &reused).data);
         assert_int_equal(reused, SHD_REUSED_NOTHING);
-        free(render(engine, json, &reused).data);
+        free(file_of(engine, json, &reused).data);
         assert_int_equal(reused, SHD_REUSED_LIGHT);
         const shd_reuse_load load = shd_engine_reuse(engine);
         assert_true(load.bytes <= cap && load.bytes > 0);
@@ -242,7 +192,7 @@ static void what_is_too_large_is_not_kept(void **state) {
     char *json = scene(first, 4, "standard");
     for (int i = 0; i < 2; i++) {
         shd_reused reused;
-        free(render(engine, json, &reused).data);
+        free(file_of(engine, json, &reused).data);
         assert_int_equal(reused, SHD_REUSED_NOTHING);
     }
     assert_int_equal(shd_engine_reuse(engine).bytes, 0);
@@ -288,7 +238,7 @@ static void threads_share_records(void **state) {
         change c = first;
         c.red = reds[i];
         char *json = scene(c, 1, "standard");
-        expected[i] = render(forgets, json, &(shd_reused){0});
+        expected[i] = file_of(forgets, json, &(shd_reused){0});
         free(json);
     }
     pthread_t threads[4];

@@ -2,6 +2,7 @@
  * than is said. */
 #include "property/pieces.h"
 #include "property/put_picture.h"
+#include "property/reused.h"
 
 static const char all[] =
     "{\"image\": {\"width\": 64, \"height\": 48, \"samples\": %d}, \"accuracy\": {\"tier\": "
@@ -132,18 +133,6 @@ static void reflectances_of_patterns_are_not_told(void **state) {
     }
 }
 
-static file render(shd_engine *engine, const char *json, shd_reused *reused) {
-    shd_request *request = read_scene(engine, json);
-    shd_error error;
-    assert_int_equal(shd_request_render(request, NULL, &error), SHD_OK);
-    size_t count;
-    file out = {NULL, shd_request_pictures(request, &count)[0].size};
-    out.data = shd_request_take(request, 0);
-    *reused = shd_request_reused(request);
-    shd_request_drop(request);
-    return out;
-}
-
 /* Another tint casts and lights nothing, another light casts nothing, and bytes are the same. */
 static void tints_keep_light(void **state) {
     (void)state;
@@ -160,13 +149,7 @@ static void tints_keep_light(void **state) {
         for (size_t i = 0; i < sizeof steps / sizeof steps[0]; i++) {
             char *json = text_of(all, samples, "standard", "", steps[i].x, steps[i].light,
                                  steps[i].tint, "");
-            shd_reused reused, none;
-            file a = render(keeps, json, &reused), b = render(forgets, json, &none);
-            if (!same_file(a, b)) fail_msg("step %zu of %d samples", i, samples);
-            assert_int_equal(reused, steps[i].reused);
-            free(a.data);
-            free(b.data);
-            free(json);
+            assert_int_equal(reused_for(keeps, forgets, json), steps[i].reused);
         }
         shd_engine_drop(keeps);
         shd_engine_drop(forgets);
@@ -175,23 +158,10 @@ static void tints_keep_light(void **state) {
 
 static void regions_and_kernels_see_the_same(void **state) {
     char *whole = text_of(all, 4, "exact", "", "4", BLUE, "0.8", "");
-    drawn a = film_of(*state, whole);
     shd_engine *other = new_engine_of(1, "portable");
-    drawn b = film_of(other, whole);
-    assert_true(same_film(&a, &b));
-    char *part = strdup(whole), *size = strstr(part, "\"samples\"");
-    char *cut = text_of("%.*s\"region\": [13, 7, 20, 30], %s", (int)(size - part), part, size);
-    drawn c = film_of(*state, cut);
-    for (int y = 0; y < 30; y++)
-        assert_memory_equal(c.film.rgba + 4 * 20 * y, a.film.rgba + 4 * (64 * (y + 7) + 13),
-                            20 * 4 * sizeof(float));
-    drop_drawn(&a);
-    drop_drawn(&b);
-    drop_drawn(&c);
+    check_region(*state, other, whole);
     shd_engine_drop(other);
     free(whole);
-    free(part);
-    free(cut);
 }
 
 /* ---- A checkered plane to the horizon. ---- */

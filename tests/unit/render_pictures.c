@@ -14,6 +14,7 @@
 
 #include "assets/store.h"
 #include "image/image.h"
+#include "png_file.h"
 #include "render/engine.h"
 #include "render/pictures.h"
 
@@ -36,23 +37,6 @@ static shd_request *request_of(shd_engine *engine) {
     shd_error error;
     assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);
     return request;
-}
-
-/* A PNG with alpha whose samples are these, 8 bits each. */
-static shd_bytes png_of(int width, int height, const uint8_t *samples) {
-    shd_arena *arena = shd_arena_new(64 << 20);
-    shd_bytes file;
-    shd_error error;
-    const shd_image image = {.width = width,
-                             .height = height,
-                             .channel = -1,
-                             .alpha = true,
-                             .depth = SHD_U8,
-                             .samples = samples,
-                             .slots = 1};
-    assert_int_equal(shd_image_encode(&image, SHD_PNG, arena, &file, &error), SHD_OK);
-    shd_arena_drop(arena);
-    return file;
 }
 
 static void make_samples(uint8_t samples[4 * PIXELS]) {
@@ -100,7 +84,7 @@ static void texels_are_converted_and_straight(void **state) {
     uint8_t samples[4 * PIXELS];
     char name[80];
     make_samples(samples);
-    shd_bytes file = png_of(WIDTH, HEIGHT, samples);
+    shd_bytes file = png_file_of(WIDTH, HEIGHT, samples);
     shd_engine *engine = engine_of(1 << 20, NULL);
     put(engine, file, name);
     shd_request *request = request_of(engine);
@@ -147,7 +131,7 @@ static void what_is_too_large_to_be_kept_is_the_requests(void **state) {
     enum { SIDE = 64 };
     uint8_t *samples = calloc(SIDE * SIDE, 4);
     char name[80];
-    shd_bytes file = png_of(SIDE, SIDE, samples);
+    shd_bytes file = png_file_of(SIDE, SIDE, samples);
     /* Texels take 64 KB, of which half of the cap has 50. */
     shd_engine *engine = engine_of(100 << 10, NULL);
     put(engine, file, name);
@@ -185,7 +169,7 @@ static void operators_pictures_have_names(void **state) {
     char folder[] = "/tmp/shaded-assets-XXXXXX", path[128], unknown[80] = "sha256-";
     uint8_t samples[4 * PIXELS];
     make_samples(samples);
-    shd_bytes file = png_of(WIDTH, HEIGHT, samples);
+    shd_bytes file = png_file_of(WIDTH, HEIGHT, samples);
     assert_non_null(mkdtemp(folder));
     static const char *const names[] = {"brick.png", "broken.png", ".hidden.png", "notes.txt",
                                         "with blank.png"};
