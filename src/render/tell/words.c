@@ -96,7 +96,10 @@ static void say_bounds(json_t *words, const shd_explained *e) {
     if (isfinite(e->estimate)) {
         char most[SHD_BOUND_TEXT];
         shd_print_bound(e->estimate, INFINITY, most);
-        say_line(words, "It should stay below %s, an estimate that no proof is of.", most);
+        say_line(words, "%s should stay below %s, an estimate that no proof is of.",
+                 plan->westin ? "Against the microgeometry of which tables are a simulation it"
+                              : "It",
+                 most);
     }
     say_bound(words, plan, SHD_CODE, "8-bit codes", NULL, codes);
     say_bound(words, plan, SHD_DELTA_E_2000, "CIEDE2000", NULL, "CIEDE2000");

@@ -124,20 +124,41 @@ void shd_sum_exactly(const shd_lighting *lighting, const shd_plan *plan,
     }
 }
 
+enum { MIXED = 64 }; /* points at a time */
+
+static void add_run(double color, const double *sums, size_t count, double *radiance) {
+    for (size_t i = 0; color != 0 && i < count; i++) radiance[i] += color * sums[i];
+}
+
+/* Of points [first, first + count) of the sums; count <= MIXED. */
+static void mix_terms(const shd_part *p, const shd_plan_material *low, bool grey,
+                      double *const *sums, size_t first, size_t count, double radiance[3][MIXED]) {
+    for (size_t c = 0; c < 3; c++) {
+        const size_t of = grey ? 0 : c;
+        for (size_t i = 0; i < count; i++) radiance[c][i] = p->constant[c];
+        if (p->terms.diffuse) add_run(low->diffuse[c], sums[of] + first, count, radiance[c]);
+        for (size_t k = p->terms.first; k < p->terms.end; k++)
+            add_run(low->lobes[k].specular[c], sums[3 * (1 + k) + of] + first, count, radiance[c]);
+    }
+}
+
 void shd_mix_exact(const shd_plan *plan, const shd_plan_material *material, size_t plane,
                    double *const *sums, const double *const *weights, size_t count,
                    float *const out[3]) {
     const shd_part p = shd_part_of(plan, material, plane);
     const shd_plan_material *low = low_of(material);
     const bool grey = plan->grey_lights;
-    for (size_t i = 0; i < count; i++) {
-        double radiance[3];
-        memcpy(radiance, p.constant, sizeof radiance);
-        if (p.terms.diffuse) add_exact(low->diffuse, grey, sums, i, radiance);
-        for (size_t k = p.terms.first; k < p.terms.end; k++)
-            add_exact(low->lobes[k].specular, grey, sums + 3 * (1 + k), i, radiance);
-        if (material->textures) add_slots(material, &p, grey, sums, weights, i, radiance);
-        for (int c = 0; c < 3; c++) out[c][i] = (float)radiance[c];
+    for (size_t first = 0; first < count; first += MIXED) {
+        const size_t left = count - first, some = left < MIXED ? left : MIXED;
+        double radiance[3][MIXED];
+        mix_terms(&p, low, grey, sums, first, some, radiance);
+        for (size_t i = 0; material->textures && i < some; i++) {
+            double sum[3] = {radiance[0][i], radiance[1][i], radiance[2][i]};
+            add_slots(material, &p, grey, sums, weights, first + i, sum);
+            for (int c = 0; c < 3; c++) radiance[c][i] = sum[c];
+        }
+        for (int c = 0; c < 3; c++)
+            for (size_t i = 0; i < some; i++) out[c][first + i] = (float)radiance[c][i];
     }
 }
 
