@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "import/block.h"
+#include "import/files.h"
 #include "import/gltf.h"
 #include "import/maps.h"
 
@@ -328,6 +329,8 @@ static bool write_all(int descriptor, const void *data, size_t size) {
 
 static bool write_failure(int descriptor, const char *why) {
     shd_model model = {.magic = SHD_MODEL_MAGIC, .size = sizeof model};
+    if (strstr(why, "bad_alloc") || strstr(why, "length_error"))
+        why = "it takes, or says that it takes, more memory than there is for it";
     snprintf(model.failure, sizeof model.failure, "%s", *why ? why : "assimp gives no reason");
     return write_all(descriptor, &model, sizeof model);
 }
@@ -341,12 +344,14 @@ static const struct aiScene *read_file(const char *path) {
                                aiPrimitiveType_POINT | aiPrimitiveType_LINE);
     const unsigned steps = aiProcess_Triangulate | aiProcess_JoinIdenticalVertices |
                            aiProcess_SortByPType | aiProcess_ValidateDataStructure;
-    return aiImportFileExWithProperties(path, steps, NULL, options);
+    return aiImportFileExWithProperties(path, steps, &shd_regular_files, options);
 }
 
 shd_import_fn shd_import_write;
 
 bool shd_import_write(const char *path, int descriptor) {
+    if (!shd_gltf_is_whole(path))
+        return write_failure(descriptor, "the file ends before its first chunk does");
     const struct aiScene *scene = read_file(path);
     if (!scene) return write_failure(descriptor, aiGetErrorString());
     if (!scene->mNumMeshes || !scene->mRootNode)

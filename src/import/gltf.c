@@ -5,6 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
+#include <sys/stat.h>
+
+#include "import/files.h"
 
 enum { HEAD = 20, SIZE_MOST = 1 << 29 };
 
@@ -25,10 +28,21 @@ static size_t find_text(FILE *file) {
     return size > 0 ? (size_t)size : 0;
 }
 
+bool shd_gltf_is_whole(const char *path) {
+    FILE *file = shd_open_regular(path);
+    unsigned char head[HEAD];
+    struct stat info;
+    const bool is_glb = file && fread(head, 1, sizeof head, file) == HEAD &&
+                        !memcmp(head, "glTF", 4) && !fstat(fileno(file), &info);
+    const bool is_whole = !is_glb || get_u32(head + 12) <= (uint64_t)info.st_size - HEAD;
+    if (file) fclose(file);
+    return is_whole;
+}
+
 json_t *shd_gltf_open(const char *path) {
     const char *suffix = strrchr(path, '.');
     if (!suffix || (strcasecmp(suffix, ".gltf") && strcasecmp(suffix, ".glb"))) return NULL;
-    FILE *file = fopen(path, "rbe");
+    FILE *file = shd_open_regular(path);
     if (!file) return NULL;
     const size_t size = find_text(file);
     char *text = size > 0 && size <= SIZE_MOST ? malloc(size) : NULL;

@@ -7,6 +7,10 @@
 
 #include "import/losses.h"
 
+/* Whether the first chunk of a .glb file is as long as it says; assimp reserves what it says. True
+ * of other files. */
+bool shd_gltf_is_whole(const char *path);
+
 /* The document of a .gltf or .glb file, which the caller drops. NULL: it is another file, or cannot
  * be read; assimp tells what is wrong with it. */
 json_t *shd_gltf_open(const char *path);

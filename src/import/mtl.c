@@ -7,6 +7,8 @@
 #include <string.h>
 #include <strings.h>
 
+#include "import/files.h"
+
 enum { PATH_ROOM = 4096 };
 
 static const char blanks[] = " \t\r\n";
@@ -145,7 +147,7 @@ static void read_statement(reading *r, char *line) {
 
 /* False: there is no such file. */
 static bool read_library(const char *path, shd_mtl *out, shd_losses *losses) {
-    FILE *file = fopen(path, "re");
+    FILE *file = shd_open_regular(path);
     reading r = {out, losses, NULL};
     char *line = NULL;
     size_t room = 0;
@@ -175,7 +177,7 @@ static void read_own(const char *path, shd_mtl *out, shd_losses *losses) {
 
 void shd_mtl_read(const char *path, shd_mtl *out, shd_losses *losses) {
     const char *suffix = strrchr(path, '.');
-    FILE *file = suffix && !strcasecmp(suffix, ".obj") ? fopen(path, "re") : NULL;
+    FILE *file = suffix && !strcasecmp(suffix, ".obj") ? shd_open_regular(path) : NULL;
     char *line = NULL;
     size_t room = 0;
     while (file && getline(&line, &room, file) >= 0) {

@@ -3,6 +3,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <signal.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -92,16 +93,20 @@ static shd_status take_model(int descriptor, const shd_model **out, shd_error *e
 }
 
 /* assimp opens what it is told to: a pipe would have no end. */
-static shd_status check_file(const char *path, shd_error *error) {
+static shd_status check_file(const char *path, size_t most, shd_error *error) {
     struct stat file;
     if (stat(path, &file)) return shd_fail(error, SHD_SCENE, "", "%s", strerror(errno));
-    return S_ISREG(file.st_mode) ? SHD_OK : shd_fail(error, SHD_SCENE, "", "it is no regular file");
+    if (!S_ISREG(file.st_mode)) return shd_fail(error, SHD_SCENE, "", "it is no regular file");
+    if ((uint64_t)file.st_size > most)
+        return shd_fail(error, SHD_SCENE, "", "it has %llu MB; reading it may take %zu MB",
+                        (unsigned long long)file.st_size >> 20, most >> 20);
+    return SHD_OK;
 }
 
 shd_status shd_model_load(const char *path, const shd_model_limits *limits, const shd_model **out,
                           shd_error *error) {
     char module[PATH_MAX];
-    shd_status status = check_file(path, error);
+    shd_status status = check_file(path, limits->memory, error);
     if (status != SHD_OK) return status;
     if (!shd_find_installed("shaded_import.so", R_OK, module))
         return shd_fail(error, SHD_CONFIG, "",

@@ -360,8 +360,13 @@ void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *o
         shd_wrong(r, node,
                   "in a spectral scene an opacity that is a pattern or a picture is one number: "
                   "give greys, or a `channel`");
-    const bool alone = !material->emissive_texture && !material->ambient_texture &&
-                       !material->diffuse_texture && !material->lobe_textures;
-    if (material->model == SHD_MODEL_WESTIN && !alone)
+    if (material->model != SHD_MODEL_WESTIN) return;
+    /* Parts of a spectral scene's material have no table. */
+    if (material->diffuse_texture)
         shd_wrong(r, node, "the facets of a westin material have no pattern or picture");
+    else if (r->scene->spectral.channels &&
+             (material->emissive_texture || material->ambient_texture))
+        shd_wrong(r, node,
+                  "the facets of a westin material have no pattern or picture beside them in a "
+                  "spectral scene");
 }

@@ -165,7 +165,8 @@ class Case(unittest.TestCase):
         return json.loads(text), done.stderr
 
     def refuse(self, name, data, *words, status=1):
-        (self.folder / name).write_bytes(data if isinstance(data, bytes) else data.encode())
+        if data is not None:
+            (self.folder / name).write_bytes(data if isinstance(data, bytes) else data.encode())
         done = self.shade("import", name, "-o", "scene.json", *words)
         self.assertEqual(done.returncode, status, done.stderr)
         self.assertFalse((self.folder / "scene.json").exists())
@@ -684,6 +685,27 @@ class Hostile(Case):
     def test_what_a_file_says_does_not_reach_the_terminal(self):
         said = self.refuse("a.obj", b"v 1 \x1b[31m\xff 2\nf 1 1 1\n")
         self.assertEqual([c for c in said[:-1] if not c.isprintable()], [])
+
+    def test_files_beside_have_an_end(self):
+        os.mkfifo(self.folder / "pipe.mtl")
+        (self.folder / "zero.mtl").symlink_to("/dev/zero")
+        for name in "pipe.mtl", "zero.mtl":
+            scene, _ = self.load("model.obj", f"mtllib {name}\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl a\nf 1 2 3\n")
+            self.assertEqual(len(scene["objects"]), 1)
+            (self.folder / "scene.json").unlink()
+        for name in "pipe", "zero":
+            buffer = {"byteLength": 108, "uri": f"{name}.mtl"}
+            self.assertIn("cannot import 'model.gltf'", self.refuse("model.gltf", json.dumps(gltf(buffers=[buffer])[0])))
+
+    def test_what_says_that_it_is_large_is_told(self):
+        self.assertIn("ends before its first chunk", self.refuse("model.glb", struct.pack(
+            "<4sIII4s", b"glTF", 2, 100, 0xfffffff0, b"JSON") + b"{}"))
+        with (self.folder / "large.obj").open("wb") as file:
+            file.truncate(1 << 42)
+        self.assertIn("it has 4194304 MB; reading it may take", self.refuse("large.obj", None))
+        if not SANITIZED:  # of which nothing is taken there, but by what it has
+            many = PLY.replace(b"element vertex 4", b"element vertex 4000000000")
+            self.assertIn("more memory than there is for it", self.refuse("model.ply", many))
 
     def test_a_pipe_is_no_file(self):
         os.mkfifo(self.folder / "a.obj")

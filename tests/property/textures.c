@@ -112,6 +112,35 @@ static void equal_colors_are_one_color(void **state) {
     }
 }
 
+/* Light that is beside what facets send on. */
+static void microgeometry_glows_in_patterns(void **state) {
+    static const char format[] =
+        "{\"image\": {\"width\": 16, \"height\": 12, \"samples\": 2}, \"ambient\": 0.4, \"trace\": "
+        "{\"shadows\": %s}, \"objects\": [{\"type\": \"sphere\", \"material\": {%s\"emissive\": "
+        "%s, "
+        "\"ambient\": {\"pattern\": \"noise\", \"colors\": [[0.1, 0.5, 0.2], [0.6, 0, 0.1]]}}}]}";
+    static const char westin[] =
+        "\"model\": \"westin\", \"microgeometry\": {\"type\": \"grooves\"}, ",
+                      checks[] = "{\"pattern\": \"checker\", \"colors\": [0.1, [0.5, 0.2, 0]], "
+                                 "\"uv\": {\"scale\": 8}}",
+                      black[] = "\"diffuse\": 0, ";
+    for (int s = 0; s < 2; s++) {
+        const char *shadows = s ? "true" : "false";
+        char *texts[] = {
+            text_of(format, shadows, westin, checks), text_of(format, shadows, black, checks),
+            text_of(format, shadows, westin, "0"), text_of(format, shadows, black, "0")};
+        drawn d[4];
+        for (int k = 0; k < 4; k++) d[k] = shown_film_of(*state, texts[k]);
+        for (size_t i = 0; i < (size_t)16 * 12 * 4; i++) {
+            const double with = (double)d[0].film.rgba[i] - (double)d[2].film.rgba[i],
+                         alone = (double)d[1].film.rgba[i] - (double)d[3].film.rgba[i];
+            assert_true(fabs(with - alone) < 2e-6);
+        }
+        assert_true(film_difference(&d[0], &d[1]) > 0.01 && film_difference(&d[0], &d[2]) > 0.01);
+        for (int k = 0; k < 4; k++) drop_drawn(&d[k]), free(texts[k]);
+    }
+}
+
 static void reflectances_of_patterns_are_not_told(void **state) {
     static const char *const members[] = {"diffuse", "emissive"};
     for (int k = 0; k < 2; k++) {
@@ -258,6 +287,7 @@ int main(void) {
         cmocka_unit_test(tiers_differ_by_no_more_than_is_said),
         cmocka_unit_test(layers_add_up),
         cmocka_unit_test(equal_colors_are_one_color),
+        cmocka_unit_test(microgeometry_glows_in_patterns),
         cmocka_unit_test(reflectances_of_patterns_are_not_told),
         cmocka_unit_test(tints_keep_light),
         cmocka_unit_test(regions_and_kernels_see_the_same),

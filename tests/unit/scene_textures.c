@@ -101,6 +101,10 @@ static void patterns_need_a_chart_and_colors_that_multiply(void **state) {
         {OBJECT("'type': 'sphere', 'material': {'model': 'westin', 'microgeometry': {'type': "
                 "'grooves'}, " CHECKER "}"),
          "/objects/0", "westin"},
+        {"{'spectral': true, 'objects': [{'type': 'sphere', 'material': {'model': 'westin', "
+         "'microgeometry': {'type': 'grooves'}, 'emissive': {'pattern': 'checker', 'colors': [0, "
+         "1]}}}]}",
+         "/objects/0", "westin"},
     };
     ASSERT_REFUSED(cases);
     reading r = read_scene(
