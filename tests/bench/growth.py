@@ -122,6 +122,23 @@ def lamps_on_budget(count):
     return lamps(count, accuracy={"maxError": 0.5})
 
 
+def crowds(count, **more):
+    """As many lamps as spheres, all over each other's place; few pixels, for planning is meant."""
+    draw = random.Random(SEED)
+    def place(x, y, z):
+        return rounded((draw.uniform(-x, x), draw.uniform(-y, y), draw.uniform(-z, z)))
+    lights = [{"type": "point", "attenuation": [0, 0, 1], "intensity": round(10 / count, 9),
+               "position": place(12, 5, 12)} for _ in range(count)]
+    lights[0] = {**LAMP, "intensity": 0.2}
+    balls = [colored("sphere", i, radius=0.02, transform={"translate": place(3, 3, 3)})
+             for i in range(count)]
+    return {**scene(balls, size=64), "lights": lights, **more}
+
+
+def crowds_on_budget(count):
+    return crowds(count, accuracy={"maxError": 0.5})
+
+
 # What is grown: in words, by which numbers, and how much more ten times (or all) may cost.
 ROWS = (
     ("spheres of equal coverage", spheres, (100, 1000, 10000), None, 3),
@@ -133,7 +150,12 @@ ROWS = (
     ("the same with a budget of 0.5 CIEDE2000", lamps_on_budget, (1, 16, 256, 1024, 10000), None,
      None),
     ("10,000 spheres: 512x512 with 1 sample, 64x64 with 64", pictures, (1, 64), None, None),
+    ("lamps and as many spheres", crowds, (100, 1000, 10000), None, None),
+    ("the same with a budget", crowds_on_budget, (100, 1000, 10000), None, None),
 )
+UNCOUNTED = (lamps, lamps_on_budget)  # by valgrind: minutes of light
+PLANNED = (crowds, crowds_on_budget)
+MOST_PLANNING = 300  # milliseconds, of the largest of these
 
 
 def text(document):
@@ -164,7 +186,7 @@ def report(found, machine):
         "| what | number | visibility | shading | together | times the one before | planning |",
         "| --- | --- | --- | --- | --- | --- | --- |"]
     wanted = ["", "| wanted | reached |", "| --- | --- |"]
-    for name, _, numbers, step, whole in ROWS:
+    for name, make, numbers, step, whole in ROWS:
         seen = [found[name, n]["visibility"] + found[name, n]["shade"] for n in numbers]
         for k, number in enumerate(numbers):
             entry = found[name, number]
@@ -179,6 +201,9 @@ def report(found, machine):
         if whole:
             wanted.append(f"| {name}: at most {whole} times from {numbers[0]:,} to {numbers[-1]:,} "
                           f"| {seen[-1] / seen[0]:.2f} times |")
+        if make in PLANNED:
+            wanted.append(f"| {name}: {numbers[-1]:,} planned in {MOST_PLANNING} ms | "
+                          f"{told(found[name, numbers[-1]]['plan'])} ms |")
     return "\n".join(lines + wanted) + "\n"
 
 
@@ -211,13 +236,22 @@ def counts():
         "shows there alone.", "",
         "| what | number | trees, rays, light | times the one before | planning |",
         "| --- | --- | --- | --- | --- |"]
+    wanted = ["", "| wanted | reached |", "| --- | --- |"]
     for name, make, numbers, step, whole in ROWS:
-        before = 0
-        for number in numbers if step or whole else ():
-            rays, plan = (count(make(number), part) for part in parts)
-            times = f"{rays / before:.2f}" if before else ""
-            lines.append(f"| {name} | {number:,} | {told(rays)} | {times} | {told(plan)} |")
-            before = rays
+        if make in UNCOUNTED:
+            continue
+        found = [[count(make(number), part) for part in parts] for number in numbers]
+        for k, (rays, plan) in enumerate(found):
+            times = f"{rays / found[k - 1][0]:.2f}" if k else ""
+            lines.append(f"| {name} | {numbers[k]:,} | {told(rays)} | {times} | {told(plan)} |")
+        if step:
+            most = max(b[0] / a[0] for a, b in zip(found, found[1:]))
+            wanted.append(f"| {name}: at most {step} times for 10 times the number | "
+                          f"{most:.2f} times |")
+        if whole:
+            wanted.append(f"| {name}: at most {whole} times from {numbers[0]:,} to {numbers[-1]:,} "
+                          f"| {found[-1][0] / found[0][0]:.2f} times |")
+    lines += wanted
     lines += ["", "A sheet of triangles in one mesh, its text read without what its digest takes:", "",
               "| triangles | reading | trees, rays, light | planning |", "| --- | --- | --- | --- |"]
     for number in (10000, 100000, 1000000):
