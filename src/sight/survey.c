@@ -163,11 +163,12 @@ static void blocks_reached(float low, float high, int from, int count, int reach
     reached[1] = !(last < most) ? count - 1 : last >= 0 ? (int)last : -1;
 }
 
-/* Lists an object as a candidate. Of many objects few are at hand in caches, where rays will want
- * what they meet balls by. */
+/* Lists an object as a candidate. Of many objects few are in caches: what rays meet balls by is
+ * fetched, and what hits are sorted by. */
 static void list_object(const shd_sight *sight, uint32_t object, shd_survey *s, shd_block *block) {
     const char *item = (const char *)&sight->items[object];
     for (size_t line = 0; line < 3; line++) __builtin_prefetch(item + 64 * line);
+    __builtin_prefetch(&sight->plan->objects[object].group);
     s->candidates[block->first + block->count++] = object;
 }
 
