@@ -50,13 +50,28 @@ SHD_INLINE void place_rays(const facet *f, bool smooth, shd_vd u, shd_vd v, shd_
     for (int c = 0; smooth && c < 3; c++) normal[c] = shd_vd_select(some, sum[c], normal[c]);
 }
 
+/* Has the corners of all triangles on their way, of which a large mesh has few in caches: first
+ * what names them, then these. Neighbors often meet the same one. */
+static void fetch_corners(const shd_triangles *t, double object, const shd_stage *hits) {
+    uint32_t next[SHD_RAYS], count = 0, last = UINT32_MAX;
+    for (int i = 0; i < SHD_RAYS; i++) {
+        if (hits->object[i] != object || hits->triangle[i] == last) continue;
+        last = next[count++] = hits->triangle[i];
+        __builtin_prefetch(t->indices + 3 * (size_t)last);
+    }
+    for (uint32_t i = 0; count > 1 && i < count; i++)
+        for (size_t k = 0; k < 3; k++)
+            __builtin_prefetch(t->positions + 3 * (size_t)t->indices[3 * (size_t)next[i] + k]);
+}
+
 /* Most rays of a vector meet the same triangle. So each triangle is set for all of them, in turn.
  * Lanes that meet nothing of the object keep what is there. */
 void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_stage *hits,
                                  shd_surfaces *out) {
-    enum { WIDE = SHD_W / 2 };
+    enum { WIDE = SHD_W / 2, MANY = 2048 };
     facet known[4]; /* rows of a block go back and forth between its triangles */
     for (int k = 0; k < 4; k++) known[k].triangle = UINT32_MAX;
+    if (it->triangles.triangle_count > MANY) fetch_corners(&it->triangles, object, hits);
     for (int i = 0; i < SHD_RAYS; i += WIDE) {
         SHD_ALIGNED double name[WIDE];
         unsigned left = 0;

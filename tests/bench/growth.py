@@ -118,8 +118,27 @@ def lamps(count, **more):
             "camera": {"position": [0, 4, 8], "target": [0, 0, 0]}, "lights": lights, **more}
 
 
-def lamps_on_budget(count):
-    return lamps(count, accuracy={"maxError": 0.5})
+def crowds(count, **more):
+    """As many lamps as spheres, all over each other's place; few pixels, for planning is meant."""
+    draw = random.Random(SEED)
+    def place(x, y, z):
+        return rounded((draw.uniform(-x, x), draw.uniform(-y, y), draw.uniform(-z, z)))
+    lights = [{"type": "point", "attenuation": [0, 0, 1], "intensity": round(10 / count, 9),
+               "position": place(12, 5, 12)} for _ in range(count)]
+    lights[0] = {**LAMP, "intensity": 0.2}
+    balls = [colored("sphere", i, radius=0.02, transform={"translate": place(3, 3, 3)})
+             for i in range(count)]
+    return {**scene(balls, size=64), "lights": lights, **more}
+
+
+def crowds_on_budget(count):
+    return crowds(count, accuracy={"maxError": 0.5})
+
+
+def plain(samples=1):
+    """A sphere, and nothing said of it."""
+    return {"objects": [{"type": "sphere", "radius": "RADIUS"}],
+            "image": {"width": 512, "height": 512, "samples": samples}}
 
 
 # What is grown: in words, by which numbers, and how much more ten times (or all) may cost.
@@ -129,22 +148,30 @@ ROWS = (
     ("meshes of a triangle, one before the other, nearest first", stack, (10, 100, 1000), 3, None),
     ("the same, farthest first", heap, (10, 100, 1000), 3, None),
     ("small triangles of equal coverage, one mesh", cloud, (100, 1000, 10000), 3, None),
-    ("lamps over a plane and 200 spheres", lamps, (1, 16, 256, 1024, 10000), None, None),
-    ("the same with a budget of 0.5 CIEDE2000", lamps_on_budget, (1, 16, 256, 1024, 10000), None,
-     None),
     ("10,000 spheres: 512x512 with 1 sample, 64x64 with 64", pictures, (1, 64), None, None),
+    ("lamps and as many spheres", crowds, (100, 1000, 10000), None, None),
+    ("the same with a budget", crowds_on_budget, (100, 1000, 10000), None, None),
 )
+PLANNED = (crowds, crowds_on_budget)  # and not counted by valgrind: minutes of light
+MOST_PLANNING = 300  # milliseconds, of the largest of these
+
+
+# From request to PNG, and by how much the whole may exceed what comes before encoding.
+PLAIN = (("one sample, `default`", {}), ("`fast`", {"compression": "fast"}),
+         ("`small`", {"compression": "small"}))
+MOST_ENCODING = 1.5
 
 
 def text(document):
-    return json.dumps(document, separators=(",", ":")).replace('"TURN"', "-0.5@@@@@@")
+    return json.dumps(document, separators=(",", ":")).replace('"TURN"', "-0.5@@@@@@").replace(
+        '"RADIUS"', "1.00000@@@@@@")
 
 
 def measure():
     jobs = {(row[0], number): {"text": text(row[1](number)), "format": "png", "keep": False}
             for row in ROWS for number in row[2]}
     samples = programs.library(list(jobs.values()), ROUNDS, warm=1)
-    found = {key: programs.medians(times) for key, times in zip(jobs, samples)}
+    found = {key: programs.least(times) for key, times in zip(jobs, samples)}
     for times in found.values():
         times["visibility"] += times["build"]
     return found
@@ -158,13 +185,13 @@ def report(found, machine):
     lines = [
         "# How time grows", "",
         "What `./dev bench --growth` has measured: milliseconds of visibility and shading together,",
-        "by the library's own clocks, medians of one run on one core. Visibility has the building of",
+        "by the library's own clocks, the least of some rounds on one core. Visibility has the building of",
         "trees in it. Needles lie alike: of those in all directions, boxes still overlap.", "",
         f"On {machine['processor']}, {machine['system']}.", "",
         "| what | number | visibility | shading | together | times the one before | planning |",
         "| --- | --- | --- | --- | --- | --- | --- |"]
     wanted = ["", "| wanted | reached |", "| --- | --- |"]
-    for name, _, numbers, step, whole in ROWS:
+    for name, make, numbers, step, whole in ROWS:
         seen = [found[name, n]["visibility"] + found[name, n]["shade"] for n in numbers]
         for k, number in enumerate(numbers):
             entry = found[name, number]
@@ -179,7 +206,27 @@ def report(found, machine):
         if whole:
             wanted.append(f"| {name}: at most {whole} times from {numbers[0]:,} to {numbers[-1]:,} "
                           f"| {seen[-1] / seen[0]:.2f} times |")
+        if make in PLANNED:
+            wanted.append(f"| {name}: {numbers[-1]:,} planned in {MOST_PLANNING} ms | "
+                          f"{told(found[name, numbers[-1]]['plan'])} ms |")
     return "\n".join(lines + wanted) + "\n"
+
+
+def encoding():
+    """The part of the page about a lone sphere's way to PNG."""
+    jobs = [{"text": text({**plain(), "output": output}), "format": "png", "keep": False}
+            for _, output in PLAIN]
+    samples = programs.library(jobs, 5 * ROUNDS, warm=2)
+    lines = ["", "## From request to PNG", "",
+             "A lone sphere of 512 x 512 pixels: milliseconds of the processor, from JSON to bytes.", "",
+             "| compression | before encoding | encoding | request | times what comes before | bytes |",
+             "| --- | --- | --- | --- | --- | --- |"]
+    for (name, _), values in zip(PLAIN, samples):
+        found = programs.least(values)
+        before = found["cpu"] - found["encode"]
+        lines.append(f"| {name} | {told(before)} | {told(found['encode'])} | {told(found['cpu'])} | "
+                     f"{found['cpu'] / before:.2f} | {values['bytes']:,} |")
+    return "\n".join([*lines, "", f"Wanted, of `default`: at most {MOST_ENCODING} times."]) + "\n"
 
 
 # What is counted: the functions that begin it, and those within that are not it.
@@ -211,13 +258,22 @@ def counts():
         "shows there alone.", "",
         "| what | number | trees, rays, light | times the one before | planning |",
         "| --- | --- | --- | --- | --- |"]
+    wanted = ["", "| wanted | reached |", "| --- | --- |"]
     for name, make, numbers, step, whole in ROWS:
-        before = 0
-        for number in numbers if step or whole else ():
-            rays, plan = (count(make(number), part) for part in parts)
-            times = f"{rays / before:.2f}" if before else ""
-            lines.append(f"| {name} | {number:,} | {told(rays)} | {times} | {told(plan)} |")
-            before = rays
+        if make in PLANNED:
+            continue
+        found = [[count(make(number), part) for part in parts] for number in numbers]
+        for k, (rays, plan) in enumerate(found):
+            times = f"{rays / found[k - 1][0]:.2f}" if k else ""
+            lines.append(f"| {name} | {numbers[k]:,} | {told(rays)} | {times} | {told(plan)} |")
+        if step:
+            most = max(b[0] / a[0] for a, b in zip(found, found[1:]))
+            wanted.append(f"| {name}: at most {step} times for 10 times the number | "
+                          f"{most:.2f} times |")
+        if whole:
+            wanted.append(f"| {name}: at most {whole} times from {numbers[0]:,} to {numbers[-1]:,} "
+                          f"| {found[-1][0] / found[0][0]:.2f} times |")
+    lines += wanted
     lines += ["", "A sheet of triangles in one mesh, its text read without what its digest takes:", "",
               "| triangles | reading | trees, rays, light | planning |", "| --- | --- | --- | --- |"]
     for number in (10000, 100000, 1000000):
@@ -235,7 +291,7 @@ def main():
         (folder / "growth-instructions.md").write_text(counts(), encoding="utf-8")
         return
     raise_priority()
-    page = report(measure(), programs.machine())
+    page = report(measure(), programs.machine()) + encoding()
     (folder / "growth.md").write_text(page, encoding="utf-8")
     print(page)
 

@@ -68,6 +68,7 @@ static shd_engine *engine_of(const json_t *job) {
 
     shd_engine_options options = shd_engine_defaults();
     options.threads = threads;
+    options.limits.object_lights = UINT64_C(1) << 27; /* 10,000 lamps among 10,000 spheres */
     options.kernel = kernel;
     if (!keep) options.reuse = 0;
     pid_t before = newest_thread();

@@ -101,6 +101,12 @@ LEFT_OUT = {"seen": ("parse", "plan", "encode"), "before_encoding": ("encode",),
             "rest": STAGES}
 
 
+def least(samples):
+    """Lists of seconds -> the least of each in ms, which others on the machine change least."""
+    return {name: rounded(1e3 * min(values)) for name, values in samples.items()
+            if is_samples(values)}
+
+
 def medians(samples):
     """Lists of seconds -> medians in ms, and what LEFT_OUT has; other values stay."""
     result = {name: rounded(1e3 * statistics.median(values)) if is_samples(values) else values
