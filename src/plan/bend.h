@@ -60,14 +60,32 @@ typedef struct shd_moves {
     double point, normal, view; /* world frame, unit, unit */
 } shd_moves;
 
-enum { SHD_DISCS = 8 };                                      /* the most */
-static const double SHD_DISC_LEAST = 5, SHD_DISC_STEP = 1.5; /* pixels, and a ratio of radii */
+enum { SHD_DISCS = 8 };
+/* Pixels: the radii of discs begin here, and grow by such a ratio. */
+static const double SHD_DISC_LEAST = 5, SHD_DISC_STEP = 1.5;
+/* Pixels: no center of a rule is farther from the pixel's own. */
+static const double SHD_BESIDE = 2;
+
+/* What the ray through the middle of a block meets: a ball of radius 1, or a plane at height 1. */
+typedef struct shd_strike {
+    bool ball, orthographic;
+    double size;          /* a unit of lengths here, in the world */
+    double pace;          /* what a pixel moves the ray's unit direction by, or its origin, in the
+                           * world */
+    double t;             /* the way to it */
+    double along, beside; /* ball: of the way, to where the ray is nearest to the center, and how
+                           * far that is from it */
+    double cosine;        /* plane: N.V */
+} shd_strike;
 
 typedef struct shd_analytic {
     size_t object;                /* all of the rays hit it, and nothing else in the block */
     shd_vec3 point, normal, view; /* at the block's middle: world frame, unit, unit */
-    shd_moves near;               /* through the block */
-    /* In discs of these radii around the centers of the block's pixels, in each direction. */
-    shd_moves discs[SHD_DISCS];
-    size_t disc_count;
+    shd_strike strike;
+    double centers;         /* pixels: no pixel's center is farther from the middle */
+    shd_moves near, around; /* through the block; and through centers of pixels beside it */
 } shd_analytic;
+
+/* How much is moved in all complex places that are so many pixels from the middle. False: nothing
+ * is known of them. The proof is in moves.c. */
+bool shd_move(const shd_strike *strike, double reach, shd_moves *out);

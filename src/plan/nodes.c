@@ -62,22 +62,64 @@ static void add_node(shd_rule *r, frame f, double u, double v, double weight) {
     r->weight[r->count++] = weight;
 }
 
-/* The first degrees in which means differ. A form's polarized values are no more than its own on
- * the unit circle (S. Banach, "Uber homogene Polynome in (L2)", 1938), so that those coefficients
- * are no more than binomial ones. */
-static void set_errors(int samples, shd_rule *r) {
-    static const double binomials[3][6] = {{1, 3, 3, 1}, {1, 4, 6, 4, 1}, {1, 5, 10, 10, 5, 1}};
+/* What two means of a form of degree d are apart at most, if it is no more than 1 on the unit
+ * circle. A form's polarized values are no more than its own there (S. Banach, "Uber homogene
+ * Polynome in (L2)", 1938), so that its coefficients are no more than binomial ones. */
+static double apart(int samples, const shd_rule *r, int degree) {
     const frame picture = {1, 0};
-    for (int d = 3; d < 6; d++) {
-        r->off[d - 3] = 0;
-        for (int j = 0; j <= d; j++)
-            r->off[d - 3] += binomials[d - 3][j] *
-                             fabs(moment(samples, picture, d - j, j) - rule_moment(r, d - j, j));
+    double sum = 0, binomial = 1;
+    for (int j = 0; j <= degree; j++) {
+        sum += binomial *
+               fabs(moment(samples, picture, degree - j, j) - rule_moment(r, degree - j, j));
+        binomial = binomial * (degree - j) / (j + 1);
     }
-    r->sixth = 0;
-    for (int i = 0, times = 1; i <= 3; times = times * (3 - i) / (i + 1), i++)
-        r->sixth +=
-            times * (moment(samples, picture, 6 - 2 * i, 2 * i) + rule_moment(r, 6 - 2 * i, 2 * i));
+    return sum;
+}
+
+/* Means of degrees from 3 up to 7 are told by their moments, and those of all above are no more
+ * than that of (z / r)^8 / (1 - z / r), of both. */
+static void set_shares(int samples, shd_rule *r) {
+    enum { LAST = 7 };
+    static const double SQUARES[5] = {1, 4, 6, 4, 1}; /* of (u^2 + v^2)^4 */
+    const frame picture = {1, 0};
+    double off[LAST + 1], eighth = 0, reach = 0.7071067812;
+    for (int d = 3; d <= LAST; d++) off[d] = apart(samples, r, d);
+    for (int i = 0; i <= 4; i++) eighth += SQUARES[i] * moment(samples, picture, 8 - 2 * i, 2 * i);
+    for (size_t k = 0; k < r->count; k++) {
+        if (r->weight[k] < 0) eighth = INFINITY;
+        const double square = r->x[k] * r->x[k] + r->y[k] * r->y[k];
+        eighth += r->weight[k] * power(square, 4);
+        reach = fmax(reach, sqrt(square));
+    }
+    double radius = SHD_DISC_LEAST;
+    for (size_t k = 0; k < SHD_DISCS; k++) {
+        double sum = eighth / (power(radius, 7) * (radius - reach));
+        for (int d = 3; d <= LAST; d++) sum += off[d] / power(radius, d);
+        r->share[k] = sum;
+        radius *= SHD_DISC_STEP;
+    }
+}
+
+/* Lagrange's polynomial that is 1 at `at` of -1, 0 and 1, and 0 at the others. */
+static double lagrange(int at, double x) {
+    return at ? (x * x + at * x) / 2 : 1 - x * x;
+}
+
+/* The rule of 3 x 3 pixels' centers: the pattern's mean of the polynomial of degree 2 in each
+ * coordinate that has their values. */
+static void set_centers(int samples, shd_rule *nine) {
+    const frame picture = {1, 0};
+    nine->rim = 1;
+    for (int row = -1; row <= 1; row++)
+        for (int column = -1; column <= 1; column++) {
+            double sum = 0;
+            for (int k = 0; k < samples; k++) {
+                double x, y;
+                shd_sample_offset(k, samples, &x, &y);
+                sum += lagrange(column, x - 0.5) * lagrange(row, y - 0.5);
+            }
+            add_node(nine, picture, column, row, sum / samples);
+        }
 }
 
 void shd_rules_of(int samples, shd_rule out[SHD_RULES]) {
@@ -85,8 +127,9 @@ void shd_rules_of(int samples, shd_rule out[SHD_RULES]) {
     const double uu = moment(samples, f, 2, 0), vv = moment(samples, f, 0, 2),
                  u4 = moment(samples, f, 4, 0), v4 = moment(samples, f, 0, 4),
                  u2v2 = moment(samples, f, 2, 2);
-    shd_rule *four = &out[0], *seven = &out[1];
-    *four = *seven = (shd_rule){0};
+    shd_rule *four = &out[1], *seven = &out[2];
+    for (int r = 0; r < SHD_RULES; r++) out[r] = (shd_rule){0};
+    set_centers(samples, &out[0]);
     const double u = sqrt(2 * uu), v = sqrt(2 * vv);
     for (int k = -1; k <= 1; k += 2) {
         add_node(four, f, k * u, 0, 0.25);
@@ -102,5 +145,5 @@ void shd_rules_of(int samples, shd_rule out[SHD_RULES]) {
         add_node(seven, f, -p, k * q, corner);
         add_node(seven, f, 0, k * z, beside);
     }
-    for (int r = 0; r < SHD_RULES; r++) set_errors(samples, &out[r]);
+    for (int r = 0; r < SHD_RULES; r++) set_shares(samples, &out[r]);
 }

@@ -3,28 +3,31 @@
 
 #include <stddef.h>
 
-enum { SHD_RULES = 2, SHD_NODES_MOST = 7, SHD_NODES_ALL = 4 + SHD_NODES_MOST };
+#include "plan/bend.h"
+
+enum { SHD_RULES = 3, SHD_NODES_MOST = 9, SHD_NODES_OWN = 4 + 7 };
 
 /* Weights add up to 1 and none is below 0, so that what samples err by does not add up. The mean is
  * that of the pattern for all polynomials of degree 2 in the place, and nearly for some above. */
 typedef struct shd_rule {
+    /* Nodes are the centers of the pixel and of those up to so many rows and columns away, and
+     * neighbors share them. 0: they are the pixel's own, within it. */
+    int rim;
     size_t count;
     double x[SHD_NODES_MOST], y[SHD_NODES_MOST]; /* pixels, from the pixel's center */
     double weight[SHD_NODES_MOST];
-    /* What the two means of a form of degree 3, 4 and 5 are apart at most, if it is no more than 1
-     * on the unit circle: 0 where they are the same. */
-    double off[3];
-    double sixth; /* the mean of the distances' sixth powers, of both means together */
+    /* How far the two means of a light's weight may be apart, if it is analytic and within 1 of
+     * some constant on each line through the pixel's center, in a disc of each radius
+     * (plan/bend.h). Infinite: a weight would be below 0. */
+    double share[SHD_DISCS];
 } shd_rule;
 
-/* No node or sample is farther from the pixel's center. */
-static const double SHD_RULE_REACH = 0.7071067812;
-
-/* Rules of 4 and of 7 nodes for the pattern of so many samples, 2 or more. Only sums, products,
- * quotients and roots are used, so that all machines find the same nodes. */
+/* Rules for the pattern of so many samples, 8 or more: of the centers of 3 x 3 pixels, and of 4 and
+ * of 7 nodes of the pixel's own. Only sums, products, quotients and roots are used, so that all
+ * machines find the same nodes. */
 void shd_rules_of(int samples, shd_rule out[SHD_RULES]);
 
 /* How many of the rules, from the first one on, are worth their while. */
 static inline size_t shd_rule_count(int samples) {
-    return samples >= 12 ? SHD_RULES : samples >= 8 ? 1 : 0;
+    return samples >= 12 ? SHD_RULES : samples >= 8 ? 2 : 0;
 }

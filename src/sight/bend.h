@@ -11,9 +11,11 @@
 bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,
                     shd_block_rays *rays);
 
-/* The same of complex places around the block. False, too, if that is not known of the
- * smallest disc. The proof is in expand.c. */
-bool shd_sight_expand(const shd_sight *sight, const shd_survey *survey, size_t block,
+/* A quarter of a block, from left to right and down, from 0 on, or all of it. */
+enum { SHD_QUARTERS = 4, SHD_WHOLE = 4 };
+
+/* The same of complex places around the block's part. */
+bool shd_sight_expand(const shd_sight *sight, const shd_survey *survey, size_t block, int part,
                       shd_analytic *out);
 
 /* The object that alone may be seen through a block, and the block's middle in the picture. */
@@ -25,6 +27,9 @@ typedef struct shd_middle {
 /* NULL: others may be seen, or it is neither a ball nor a plane. */
 const struct shd_item *shd_sight_only(const shd_sight *sight, const shd_survey *survey,
                                       size_t block, shd_middle *out);
+
+/* Whether nothing is seen through a part of a block through which one object may be. */
+bool shd_sight_is_empty(const shd_sight *sight, const shd_survey *survey, size_t block, int part);
 
 /* Of the pattern of so many samples a pixel. */
 shd_pattern_spread shd_spread_of(int samples);

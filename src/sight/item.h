@@ -111,7 +111,7 @@ struct shd_sight {
     uint32_t *celled;
     int cells_across, cells_down;
     /* The sample pattern, shd_center_sample and those of shd_rule_sample. */
-    double offset_x[65 + SHD_NODES_ALL], offset_y[65 + SHD_NODES_ALL];
+    double offset_x[65 + SHD_NODES_OWN], offset_y[65 + SHD_NODES_OWN];
 };
 
 /* The size of each component. */

@@ -268,7 +268,7 @@ static void set_offsets(shd_sight *sight, int samples) {
     const size_t count = shd_plan_rules(sight->plan, sight->plan->tier);
     if (count) shd_rules_of(samples, rules);
     for (size_t r = 0; r < count; r++)
-        for (size_t i = 0; i < rules[r].count; i++) {
+        for (size_t i = 0; i < rules[r].count && !rules[r].rim; i++) {
             const size_t at = shd_rule_sample((size_t)samples, r) + i;
             sight->offset_x[at] = 0.5 + rules[r].x[i];
             sight->offset_y[at] = 0.5 + rules[r].y[i];

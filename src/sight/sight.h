@@ -49,6 +49,7 @@ typedef struct shd_survey {
     uint32_t *candidates;       /* indices of objects, nearer ones roughly first; see below */
     size_t candidate_count; /* of the whole rectangle: the first ones of `candidates`, as places in
                              * the sight's order of objects, unless it is only one */
+    uint32_t only;          /* if it is one, its place in that order */
     bool even;              /* rays cost the same in any order, because there is only one ball */
     size_t capacity;        /* in blocks */
 } shd_survey;
@@ -73,9 +74,9 @@ static inline size_t shd_center_sample(size_t samples) {
     return samples;
 }
 
-/* The first of the shots through the nodes of a rule (plan/nodes.h). */
+/* The first of the shots through the nodes of a rule (plan/nodes.h) that are the pixel's own. */
 static inline size_t shd_rule_sample(size_t samples, size_t rule) {
-    return samples + 1 + (rule ? 4 : 0);
+    return samples + 1 + (rule == 2 ? 4 : 0);
 }
 
 /* Casts the shots at the candidates and appends the hits to `out`, which must have room for

@@ -9,6 +9,7 @@
  * sum. */
 #include <assert.h>
 
+#include "sight/bend.h"
 #include "sight/item.h"
 
 /* As many candidates of a block are listed before any ray tells what is hidden, and then so many
@@ -144,6 +145,18 @@ static bool may_see_rank(const shd_sight *sight, uint32_t rank, const window *w)
            (!o->tube || may_meet_tube(sight, &sight->items[sight->order[rank]], w));
 }
 
+bool shd_sight_is_empty(const shd_sight *sight, const shd_survey *s, size_t block, int part) {
+    enum { SIDE = SHD_BLOCK_SIDE / 2 };
+    const size_t object = s->candidates[s->blocks[block].first], across = (size_t)s->across;
+    const window w = make_window(
+        &sight->lens, s->rect.x + (int)(block % across) * SHD_BLOCK_SIDE + (part & 1) * SIDE,
+        s->rect.y + (int)(block / across) * SHD_BLOCK_SIDE + (part >> 1) * SIDE, SIDE, SIDE);
+    uint32_t rank = s->only;
+    for (size_t k = 0; s->candidate_count > 1; k++)
+        if (sight->order[rank = s->candidates[k]] == object) break;
+    return !may_see_rank(sight, rank, &w);
+}
+
 void shd_survey_further(const shd_sight *sight, shd_survey *s, size_t index) {
     shd_block *block = &s->blocks[index];
     const uint32_t most = FURTHER * block->count;
@@ -215,6 +228,7 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
     }
     list_first(sight, out);
     if (count != 1) return;
+    out->only = out->candidates[0];
     out->candidates[0] = sight->order[out->candidates[0]];
     out->even = sight->items[out->candidates[0]].ball;
 }

@@ -1,11 +1,11 @@
 /* Let f be a light's weight along a line through a pixel's center, at a distance z. If f is
  * analytic for complex |z| < r, and no more than M from some constant there, its expansion's
- * coefficient k is no more than M / r^k (Cauchy), and what of f is of degree 6 and above is no more
- * than M (z / r)^6 / (1 - z / r). Two means that agree for degrees up to 2 are as far apart as they
+ * coefficient k is no more than M / r^k (Cauchy), and what of f is of degree 8 and above is no more
+ * than M (z / r)^8 / (1 - z / r). Two means that agree for degrees up to 2 are as far apart as they
  * are for the rest (plan/nodes.h).
  *
  * M follows from how far points, normals and views are from those of the block's middle
- * (sight/expand.c). Unit vectors stay that: A.A = 1 with the same sum of products. With ' for the
+ * (plan/moves.c). Unit vectors stay that: A.A = 1 with the same sum of products. With ' for the
  * most that |A - A0| is, and 0 for the middle:
  *
  *     X = light - P:  |X|' = P'. L = X / |X| is along L0 + e with L0.e = 0, |e| <= P' / (|X0| - P')
@@ -14,8 +14,8 @@
  *     N.L:            N' + L' + N' L'
  *     W = 2 (N.V) N - V: of N - N0 what is along N0 is -(N - N0)^2 / 2, so that W' is
  *                     2 N' + N'^2 (2 c + 2 s + c N') + V' (1 + 4 N' + 2 N'^2), c and s of N0, V0
- *     1 - L.W = (L - W)^2 / 2:  |L0 - W0| g + g^2 / 2, g = L' + W'
- *     s^n:            |s|^n <= exp(-n (1 - |s|)), if no s is 0
+ *     1 - L.W = (L - W)^2 / 2:  L - W changes by g = L' + W' (most_shine)
+ *     s^n:            exp(n ln |s|), if no s is 0
  *
  * Where N.L may change its sign, at rims of cones and where distances are held, f is not analytic.
  */
@@ -44,13 +44,13 @@ typedef struct incidence {
 
 /* How much of it changes. */
 typedef struct change {
+    bool known;
     double way, fall, facing, distance;
 } change;
 
-/* False: nothing is known. */
-static bool change_of(const incidence *in, const shd_moves *moves, change *out) {
+static bool find_change(const incidence *in, const shd_moves *moves, change *out) {
     const shd_plan_light *light = in->light;
-    *out = (change){0, 0, moves->normal, 0};
+    *out = (change){true, 0, 0, moves->normal, 0};
     if (light->directional) return true;
     const double point = moves->point, tangent = point / (in->away - point);
     if (!(point < 0.4 * in->away)) return false;
@@ -68,16 +68,26 @@ static bool change_of(const incidence *in, const shd_moves *moves, change *out) 
     return true;
 }
 
+static change change_of(const incidence *in, const shd_moves *moves) {
+    change out;
+    out.known = find_change(in, moves, &out);
+    return out;
+}
+
 /* What is known of a block. */
 typedef struct block {
     const shd_analytic *a;
-    double shares[SHD_RULES][SHD_DISCS]; /* of M, that the two means may be apart */
-    size_t count;                        /* of rules */
-    shd_vec3 mirror;                     /* W */
-    double cosine, sine;                 /* of N and V */
+    const shd_rule *rules;
+    struct disc {
+        bool made, known;
+        shd_moves moves;
+        double turned; /* what mirrored views are off by */
+    } discs[SHD_DISCS];
+    shd_vec3 mirror;     /* W */
+    double cosine, sine; /* of N and V */
     double room;
-    size_t rule; /* the first one that serves for what has been looked at */
-    size_t disc; /* that served last */
+    unsigned fits; /* the rules that serve for what has been looked at, as bits */
+    size_t disc;   /* that served last */
 } block;
 
 static double mirror_moves(const block *b, const shd_moves *m) {
@@ -86,46 +96,72 @@ static double mirror_moves(const block *b, const shd_moves *m) {
            m->view * (1 + 4 * n + 2 * nn);
 }
 
-/* How far L.W is from what it is at the middle, where |L - W| is `chord`. */
-static double shine_moves(const block *b, const shd_moves *moves, const change *c, double chord) {
-    const double g = c->way + mirror_moves(b, moves);
-    return (chord + g / 2) * g * SLACK;
+/* The most that ln |L.W| is in these places, where |L - W| is `chord` at the middle and changes by
+ * g at most. Infinite: L.W may be 0. With x + i y for what changes, (L - W)^2 = z has the real part
+ * |L - W + x|^2 - y^2, which is no less than chord^2 / 2 - g^2, nor than (chord - g)^2 if g is less
+ * than half of the chord; and |1 - z / 2|^2 = 1 - Re z + |z|^2 / 4. Nor is z farther than (2 chord
+ * + g) g from chord^2. */
+static double most_shine(double chord, double g) {
+    const double square = chord * chord, far = (chord + g) * (chord + g), most = far / 2 - square,
+                 least = 2 * g < chord ? (chord - g) * (chord - g) : square / 2 - g * g;
+    if (far < 1.99) return shd_smaller((far * far / 4 - least) / 2, most);
+    return INFINITY;
 }
 
 /* The most that a lobe is in these places, over the attenuation. Infinite: it is not analytic. */
-static double lobe_most(const block *b, const shd_moves *moves, const change *c, double exponent,
-                        double chord) {
-    const double by = shine_moves(b, moves, c, chord), low = chord * chord / 2;
-    return by < 0.999 * (1 - low) ? most_exp(exponent * (by - low)) : (double)INFINITY;
+static double lobe_most(double turned, const change *c, double exponent, double chord) {
+    return most_exp(exponent * most_shine(chord, (c->way + turned) * SLACK));
 }
 
 /* The same of real places, where it need not be analytic. */
-static double lobe_near(const block *b, const change *c, double exponent, double chord) {
-    const double x = shine_moves(b, &b->a->near, c, chord) - chord * chord / 2;
+static double lobe_near(double turned, const change *c, double exponent, double chord) {
+    const double g = c->way + turned, x = (chord + g / 2) * g * SLACK - chord * chord / 2;
     return x > -1 ? most_exp(exponent * x) : 0;
 }
 
-/* Whether the light's diffuse weight (`exponent` < 0) or a lobe fits by one of the discs, and one
- * of the rules from b->rule on, to which that goes on. */
-static bool fits(block *b, const incidence *in, double exponent, double chord, double room) {
-    const size_t count = b->a->disc_count, last = b->disc;
-    size_t best = b->count;
-    for (size_t k = 0; k < count && best > b->rule; k++) {
-        const size_t disc = (last + count - k) % count;
-        const shd_moves *moves = &b->a->discs[disc];
-        change c;
-        if (!change_of(in, moves, &c)) continue;
-        const double fall = in->fall + c.fall,
-                     most = exponent < 0 ? fall * c.facing + in->facing * c.fall
-                                         : fall * lobe_most(b, moves, &c, exponent, chord);
-        size_t rule = b->rule;
-        while (rule < b->count && !(most * b->shares[rule][disc] * SLACK <= room)) rule++;
-        if (rule >= best) continue;
-        best = rule;
-        b->disc = disc;
+/* A light, and how it changes in the discs. */
+typedef struct changes {
+    incidence in;
+    change near, in_disc[SHD_DISCS];
+    unsigned made; /* discs, as bits */
+} changes;
+
+static const struct disc *disc_of(block *b, size_t k) {
+    struct disc *disc = &b->discs[k];
+    if (disc->made) return disc;
+    double radius = SHD_DISC_LEAST;
+    for (size_t i = 0; i < k; i++) radius *= SHD_DISC_STEP;
+    disc->made = true;
+    disc->known = shd_move(&b->a->strike, b->a->centers + radius, &disc->moves);
+    if (disc->known) disc->turned = mirror_moves(b, &disc->moves);
+    return disc;
+}
+
+/* Whether the light's diffuse weight (`exponent` < 0) or a lobe fits by some of the rules that are
+ * left, each by one of the discs. */
+static bool fits(block *b, changes *l, double exponent, double chord, double room) {
+    const size_t last = b->disc;
+    unsigned fit = 0;
+    for (size_t k = 0; k < SHD_DISCS && fit != b->fits; k++) {
+        const size_t at = (last + SHD_DISCS - k) % SHD_DISCS;
+        const struct disc *disc = disc_of(b, at);
+        if (!disc->known) continue;
+        change *c = &l->in_disc[at];
+        if (!(l->made >> at & 1)) *c = change_of(&l->in, &disc->moves);
+        l->made |= 1u << at;
+        if (!c->known) continue;
+        const double fall = l->in.fall + c->fall,
+                     most = exponent < 0 ? fall * c->facing + l->in.facing * c->fall
+                                         : fall * lobe_most(disc->turned, c, exponent, chord);
+        for (unsigned left = b->fits & ~fit; left; left &= left - 1) {
+            const int rule = __builtin_ctz(left);
+            if (!(most * b->rules[rule].share[at] * SLACK <= room)) continue;
+            fit |= 1u << rule;
+            b->disc = at;
+        }
     }
-    b->rule = best;
-    return best < b->count;
+    b->fits = fit;
+    return fit;
 }
 
 /* Where the block is in a cone: all within what a penumbra begins at (1), all beyond (-1), or
@@ -150,55 +186,77 @@ static incidence incidence_of(const shd_plan_light *light, const shd_analytic *a
     return in;
 }
 
-/* Whether the light's weights all fit. */
-static bool light_fits(block *b, const shd_plan_light *light, const shd_plan_material *material) {
-    incidence in = incidence_of(light, b->a);
-    change near;
-    if (!(in.fall < SHD_LARGEST_FALL) || !change_of(&in, &b->a->near, &near)) return false;
-    const int side = side_of_rim(light, in.way, near.way);
-    const double apart = near.facing + 1e-9;
-    if (side < 0 || in.facing + apart <= 0) return true; /* it adds nothing */
-    if (side == 0 || in.facing <= apart) return false;
-    if (light->attenuated && in.away - near.distance < light->min_distance) {
-        if (in.away + near.distance > light->min_distance) return false;
-        in.held = true;
-        near.fall = 0;
-    }
-    const double room = b->room * (in.fall - near.fall),
-                 chord = shd_length(shd_sub(in.way, b->mirror));
-    if (material->has_diffuse && !fits(b, &in, -1, 0, room * shd_nodes_room(0))) return false;
+/* Where the places of a block are to a light. */
+typedef enum side { BEHIND, BEFORE, UNKNOWN } side;
+
+static side side_of(const incidence *in, const change *near) {
+    if (!near->known) return UNKNOWN;
+    const int rim = side_of_rim(in->light, in->way, near->way);
+    const double apart = near->facing + 1e-9;
+    if (rim < 0 || in->facing + apart <= 0) return BEHIND; /* it adds nothing */
+    return rim == 0 || in->facing <= apart ? UNKNOWN : BEFORE;
+}
+
+/* Whether all distances are held, or none. */
+static bool is_held(const incidence *in, const change *near, bool *held) {
+    const double hold = in->light->min_distance;
+    *held = in->light->attenuated && in->away - near->distance < hold;
+    return !*held || in->away + near->distance <= hold;
+}
+
+/* Takes rules away of whose nodes it is not known where they are to a light, and finds what is
+ * known of the others'. Whether it lights them. */
+static bool look_at(block *b, const shd_plan_light *light, changes *out) {
+    incidence *in = &out->in;
+    *in = incidence_of(light, b->a);
+    out->near = change_of(in, &b->a->near);
+    out->made = 0;
+    const change around = change_of(in, &b->a->around);
+    const side own = side_of(in, &out->near);
+    bool held = false, held_around;
+    if (!(in->fall < SHD_LARGEST_FALL) || own == UNKNOWN ||
+        (own == BEFORE && !is_held(in, &out->near, &held)))
+        b->fits = 0;
+    if (side_of(in, &around) != own ||
+        (own == BEFORE && (!is_held(in, &around, &held_around) || held_around != held)))
+        for (int r = 0; b->fits >> r; r++)
+            if (b->rules[r].rim) b->fits &= ~(1u << r);
+    in->held = held;
+    if (held) out->near.fall = 0;
+    return own == BEFORE;
+}
+
+/* Takes those rules away by which some of a light's weights do not fit. */
+static void fit_light(block *b, changes *l, const shd_plan_material *material) {
+    const double room = b->room * (l->in.fall - l->near.fall),
+                 chord = shd_length(shd_sub(l->in.way, b->mirror)),
+                 turned = mirror_moves(b, &b->a->around);
+    if (material->has_diffuse && !fits(b, l, -1, 0, room * shd_nodes_room(0))) return;
     for (size_t k = 0; k < material->lobe_count; k++) {
         const double exponent = material->lobes[k].shininess,
-                     all = (in.fall + near.fall) * lobe_near(b, &near, exponent, chord);
-        const double some = room * shd_nodes_room(exponent);
-        if (!(all <= some) && !fits(b, &in, exponent, chord, some)) return false;
+                     all =
+                         (l->in.fall + l->near.fall) * lobe_near(turned, &l->near, exponent, chord),
+                     some = room * shd_nodes_room(exponent);
+        if (!(all <= some) && !fits(b, l, exponent, chord, some)) return;
     }
-    return true;
 }
 
-/* What the means of a function may be apart, if it is within 1 of some constant in such a disc. */
-static double share_of(const shd_rule *rule, double radius) {
-    const double square = radius * radius, cube = square * radius;
-    return rule->off[0] / cube + rule->off[1] / (square * square) + rule->off[2] / (square * cube) +
-           rule->sixth / (cube * square * (radius - SHD_RULE_REACH));
-}
-
-size_t shd_find_rule(const shd_plan *plan, const shd_analytic *a, const shd_rule *rules,
-                     size_t count, double room) {
+unsigned shd_find_rules(const shd_plan *plan, const shd_analytic *a, const shd_rule *rules,
+                        size_t count, double room) {
+    enum { AT_ONCE = 8 }; /* lights: where they are is told before what takes longer */
     const shd_plan_group *group = &plan->groups[plan->objects[a->object].group];
-    block b = {.a = a, .count = count, .room = room, .disc = a->disc_count - 1};
+    block b = {.a = a, .rules = rules, .room = room, .disc = SHD_DISCS / 2};
     b.cosine = shd_dot(a->normal, a->view);
     b.sine = sqrt(shd_larger(1 - b.cosine * b.cosine, 0));
     b.mirror = shd_sub(shd_scale(a->normal, 2 * b.cosine), a->view);
-    double radius = SHD_DISC_LEAST;
-    for (size_t k = 0; k < a->disc_count; k++) {
-        double share = 0; /* what fits by a rule fits by all behind it */
-        for (size_t r = count; r-- > 0;)
-            b.shares[r][k] = share = shd_larger(share, share_of(&rules[r], radius));
-        radius *= SHD_DISC_STEP;
+    b.fits = (1u << count) - 1;
+    for (size_t first = 0; first < group->light_count && b.fits; first += AT_ONCE) {
+        changes lights[AT_ONCE];
+        size_t lit = 0;
+        for (size_t k = first; k < group->light_count && k < first + AT_ONCE && b.fits; k++)
+            lit += look_at(&b, &plan->lights[group->lights[k]], &lights[lit]);
+        for (size_t k = 0; k < lit && b.fits; k++)
+            fit_light(&b, &lights[k], &plan->materials[group->material]);
     }
-    for (size_t k = 0; k < group->light_count; k++)
-        if (!light_fits(&b, &plan->lights[group->lights[k]], &plan->materials[group->material]))
-            return count;
-    return b.rule;
+    return b.fits;
 }

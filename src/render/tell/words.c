@@ -289,11 +289,11 @@ static void say_samples(json_t *words, const shd_plan *plan) {
                  "them and bends light by no more than %.2g + %.2g of a value, all %d elsewhere.",
                  plan->mean_room.absolute, plan->mean_room.relative, samples);
     else if (shd_plan_rules(plan, plan->tier) && !plan->bunches)
-        say_line(
-            words,
-            "Samples: all %d of every pixel, but 4 or 7 weighed ones where a sphere or a plane "
-            "fills 8 x 8 pixels and their mean is the same to f32's digits.",
-            samples);
+        say_line(words,
+                 "Samples: all %d of every pixel, but 7 weighed ones, 4, or pixels' centers alone "
+                 "where a "
+                 "sphere or a plane fills 4 x 4 pixels and their mean is the same to f32's digits.",
+                 samples);
     else
         say_line(words, "Samples: all %d of every pixel.", samples);
 }

@@ -176,7 +176,7 @@ static void paint_plane(const film_job *j, film_scratch *s, const shd_fragments 
     }
 }
 
-enum { ALL_SKETCHED = (1 << SHD_BUNDLES) - 1 };
+enum { ALL_SKETCHED = (1 << SHD_BLOCKS) - 1 };
 
 /* Copies the blocks that are drawn over the beauty. */
 static void lay_sketch(const shd_tile_scratch *t, bool transparent, film_scratch *s) {

@@ -31,17 +31,33 @@ static size_t place_hits(shd_tile_scratch *s, shd_run run, size_t at, int sample
     return count;
 }
 
+/* The means of a bundle's nodes that neighbors share. */
+static void average_centers(const shd_scenery *scenery, const shd_bundle *bundle,
+                            const shd_rule *rule, const float *values, float *out) {
+    const int rim = rule->rim, pitch = bundle->width + 2 * rim;
+    ptrdiff_t steps[SHD_NODES_MOST];
+    for (size_t k = 0; k < rule->count; k++)
+        steps[k] = (ptrdiff_t)rule->y[k] * pitch + (ptrdiff_t)rule->x[k];
+    const shd_lattice lattice = {bundle->width, (size_t)bundle->count / bundle->width,
+                                 (size_t)pitch, rule->count,
+                                 steps,         rule->weight};
+    scenery->paint->filter(values + rim * (pitch + 1), &lattice, out);
+}
+
 /* The means of samples of a chunk's bundles, if all of their rays hit. */
 static void average_bundles(const shd_scenery *scenery, const shd_chunk *c, const float *values,
                             float *out) {
     const int samples = (int)c->samples;
     for (size_t b = 0; b < c->count; b++) {
-        const size_t pixels = c->bundles[b].count;
-        if (c->rule)
+        const shd_bundle *bundle = &c->bundles[b];
+        const size_t pixels = bundle->count;
+        if (c->rule && c->rule->rim)
+            average_centers(scenery, bundle, c->rule, values, out);
+        else if (c->rule)
             scenery->paint->weigh(values, pixels, c->rule->weight, c->rule->count, out);
         else
             scenery->paint->average(values, pixels, samples, out);
-        values += pixels * (size_t)samples;
+        values += shd_shots_of(bundle, c->rule);
         out += pixels;
     }
 }
@@ -54,7 +70,7 @@ void shd_add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, const sh
     for (size_t r = 0; r < s->run_count; r++) {
         const shd_run run = s->runs[r];
         const size_t at = f->count;
-        const bool full = run.count == pixels * (size_t)samples && !s->alpha;
+        const bool full = run.count == chunk->shots && !s->alpha;
         size_t count = pixels;
         if (chunk->rule && !full) continue; /* cancelled: rays are missing */
         if (full) {

@@ -109,6 +109,29 @@ static void weigh_samples(const float *values, size_t count, const double *weigh
     }
 }
 
+SHD_INLINE void filter_rows(const float *values, const shd_lattice *l, size_t width, float *out) {
+    enum { MOST = 8 };
+    for (size_t y = 0; y < l->height; y++, values += l->pitch, out += width) {
+        double sums[MOST];
+        for (size_t i = 0; i < width; i++) sums[i] = 0;
+        for (size_t k = 0; k < l->count; k++) {
+            const float *at = values + l->steps[k];
+            for (size_t i = 0; i < width; i++) sums[i] += l->weights[k] * (double)at[i];
+        }
+        for (size_t i = 0; i < width; i++) out[i] = (float)sums[i];
+    }
+}
+
+/* Blocks and their quarters, unless an edge of the picture cuts them. */
+static void filter_values(const float *values, const shd_lattice *l, float *out) {
+    if (l->width == 8)
+        filter_rows(values, l, 8, out);
+    else if (l->width == 4)
+        filter_rows(values, l, 4, out);
+    else
+        filter_rows(values, l, l->width, out);
+}
+
 static void gather_samples(const float *values, const uint16_t *place, size_t values_count,
                            size_t count, int samples, float *out) {
     const double share = 1.0 / samples;
@@ -204,5 +227,5 @@ static float spread_normals(const float *const normal[3], const float axis[3], s
 }
 
 const shd_paint_kernel SHD_VARIANT(shd_paint_kernel) = {
-    mix_terms,       fill_values,   scatter_values, fill_rest,    divide_values,
-    average_samples, weigh_samples, gather_samples, bound_points, spread_normals};
+    mix_terms,     fill_values,   scatter_values, fill_rest,    divide_values, average_samples,
+    weigh_samples, filter_values, gather_samples, bound_points, spread_normals};

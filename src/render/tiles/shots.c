@@ -28,13 +28,16 @@ static int greater_of(int a, int b) {
     return a > b ? a : b;
 }
 
-/* Lists the block's pixels that are in the tile, all of them with so many samples. NULL: there are
- * none. */
-static shd_bundle *add_block(shd_tile tile, size_t block, size_t samples, shd_tile_scratch *s) {
+/* Lists the pixels of a block, or of a quarter of it, that are in the tile, all of them with so
+ * many samples. NULL: there are none. */
+static shd_bundle *add_part(shd_tile tile, size_t block, int part, size_t samples,
+                            shd_tile_scratch *s) {
     const int across = s->survey.across, left = tile.x % SHD_TILE, top = tile.y % SHD_TILE,
-              x = (int)block % across * SHD_BLOCK_SIDE, y = (int)block / across * SHD_BLOCK_SIDE,
-              x0 = greater_of(x, left), x1 = lesser_of(x + SHD_BLOCK_SIDE, left + tile.w),
-              y0 = greater_of(y, top), y1 = lesser_of(y + SHD_BLOCK_SIDE, top + tile.h);
+              side = part == SHD_WHOLE ? SHD_BLOCK_SIDE : SHD_BLOCK_SIDE / 2,
+              x = (int)block % across * SHD_BLOCK_SIDE + (part & 1) * side,
+              y = (int)block / across * SHD_BLOCK_SIDE + (part >> 1 & 1) * side,
+              x0 = greater_of(x, left), x1 = lesser_of(x + side, left + tile.w),
+              y0 = greater_of(y, top), y1 = lesser_of(y + side, top + tile.h);
     const shd_bundle *last = s->bundle_count ? &s->bundles[s->bundle_count - 1] : NULL;
     const size_t first = last ? (size_t)last->first + last->count : 0;
     size_t count = first;
@@ -43,6 +46,7 @@ static shd_bundle *add_block(shd_tile tile, size_t block, size_t samples, shd_ti
     shd_bundle *b = &s->bundles[s->bundle_count++];
     *b = (shd_bundle){.first = (uint16_t)first,
                       .count = (uint16_t)(count - first),
+                      .width = (uint16_t)(x1 - x0),
                       .samples = (uint16_t)samples,
                       .block = &s->survey.blocks[block]};
     return b;
@@ -81,26 +85,80 @@ static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scra
                                                          : LOOK_ONCE;
 }
 
-/* The rule that a block's pixels may take, plus 1, and what they see. 0: none. */
-static unsigned rule_of(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s,
-                        uint32_t *object) {
-    const shd_plan *plan = scenery->plan;
-    shd_analytic a;
-    if (!shd_sight_expand(scenery->sight, &s->survey, block, &a) ||
-        plan->materials[plan->objects[a.object].material].textures)
-        return 0;
-    *object = (uint32_t)a.object;
-    const size_t rule = shd_find_rule(plan, &a, s->rules, s->rule_count, 1);
-    return rule < s->rule_count ? (unsigned)rule + 1 : 0;
-}
+/* ---- Rules. ---- */
+
+enum { FINE = 12 }; /* samples from which on quarters are worth a look */
+
+/* What a block's parts take: a rule, plus 1, or all samples, or no ray at all. */
+enum { TAKE_ALL = 0, TAKE_NONE = 255 };
 
 /* The blocks of a tile that are drawn already, or take one sample a pixel, or rules. */
 typedef struct block_kinds {
     size_t count; /* of all of these */
-    bool drawn[SHD_BUNDLES], center[SHD_BUNDLES];
-    unsigned rule[SHD_BUNDLES];
-    uint32_t object[SHD_BUNDLES];
+    bool drawn[SHD_BLOCKS], center[SHD_BLOCKS];
+    bool ruled[SHD_BLOCKS], whole[SHD_BLOCKS]; /* all of the quarters take the same, at once */
+    uint8_t takes[SHD_BLOCKS][SHD_QUARTERS];
+    uint32_t object[SHD_BLOCKS];
 } block_kinds;
+
+/* Samples that a part's pixels take by the first of the rules `fit`, all together. */
+static size_t price_of(const shd_tile_scratch *s, unsigned fit, size_t side, size_t samples) {
+    if (!fit) return side * side * samples;
+    const shd_rule *rule = &s->rules[__builtin_ctz(fit)];
+    const size_t beyond = side + 2 * (size_t)rule->rim;
+    return rule->rim ? beyond * beyond : side * side * rule->count;
+}
+
+static uint8_t taken(unsigned fit) {
+    return fit ? (uint8_t)(__builtin_ctz(fit) + 1) : TAKE_ALL;
+}
+
+/* Finds which rules each quarter of a block may take: one that all of them may take, or for each
+ * its own, whichever is cheaper. */
+static bool find_parts(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s,
+                       block_kinds *out) {
+    enum { SIDE = SHD_BLOCK_SIDE / 2 };
+    const shd_plan *plan = scenery->plan;
+    const size_t samples = (size_t)plan->scene->raster.samples;
+    unsigned fits[SHD_QUARTERS], all = ~0u;
+    size_t price = 0;
+    bool some = false;
+    for (int part = 0; part < SHD_QUARTERS; part++) {
+        shd_analytic a;
+        const bool empty = shd_sight_is_empty(scenery->sight, &s->survey, block, part);
+        fits[part] = 0;
+        if (!empty && shd_sight_expand(scenery->sight, &s->survey, block, part, &a))
+            fits[part] = shd_find_rules(plan, &a, s->rules, s->rule_count, 1);
+        all &= empty ? 0 : fits[part];
+        price += empty ? 0 : price_of(s, fits[part], SIDE, samples);
+        out->takes[block][part] = empty ? TAKE_NONE : taken(fits[part]);
+        some |= empty || fits[part];
+    }
+    if (!some || price < price_of(s, all, SHD_BLOCK_SIDE, samples)) return some;
+    memset(out->takes[block], taken(all), SHD_QUARTERS);
+    out->whole[block] = true;
+    return all;
+}
+
+/* Whether a block's pixels, or some of them, may take rules. */
+static bool find_rules(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s,
+                       block_kinds *out) {
+    const shd_plan *plan = scenery->plan;
+    shd_analytic a;
+    shd_middle middle;
+    if (!shd_sight_only(scenery->sight, &s->survey, block, &middle) ||
+        plan->materials[plan->objects[middle.object].material].textures)
+        return false;
+    out->object[block] = (uint32_t)middle.object;
+    const unsigned fit = shd_sight_expand(scenery->sight, &s->survey, block, SHD_WHOLE, &a)
+                             ? shd_find_rules(plan, &a, s->rules, s->rule_count, 1)
+                             : 0;
+    if (!fit && plan->scene->raster.samples >= FINE) return find_parts(scenery, block, s, out);
+    if (!fit) return false;
+    memset(out->takes[block], taken(fit), SHD_QUARTERS);
+    out->whole[block] = true;
+    return true;
+}
 
 static void find_kinds(const shd_scenery *scenery, shd_tile_scratch *s, block_kinds *out) {
     const size_t blocks = (size_t)s->survey.across * (size_t)s->survey.down;
@@ -113,8 +171,21 @@ static void find_kinds(const shd_scenery *scenery, shd_tile_scratch *s, block_ki
         out->drawn[block] = how == LOOK_DONE;
         out->center[block] = how == LOOK_ONCE;
         if (how == LOOK_AT_ALL && s->rule_count)
-            out->rule[block] = rule_of(scenery, block, s, &out->object[block]);
-        out->count += how != LOOK_AT_ALL || out->rule[block];
+            out->ruled[block] = find_rules(scenery, block, s, out);
+        out->count += how != LOOK_AT_ALL || out->ruled[block];
+    }
+}
+
+/* Lists a block's parts that take `take`, with so many samples, or all of it. */
+static void add_takers(shd_tile tile, size_t block, const block_kinds *kinds, uint8_t take,
+                       size_t samples, shd_tile_scratch *s) {
+    const int first = kinds->whole[block] ? SHD_WHOLE : 0;
+    for (int part = first; part < SHD_QUARTERS + (first == SHD_WHOLE); part++) {
+        if (kinds->takes[block][part % SHD_QUARTERS] != take) continue;
+        shd_bundle *b = add_part(tile, block, part, samples, s);
+        if (!b) continue;
+        b->rule = take;
+        b->object = kinds->object[block];
     }
 }
 
@@ -134,21 +205,19 @@ static void list_blocks(const shd_scenery *scenery, shd_tile tile, const block_k
     s->bundle_count = 0;
     for (size_t k = 0; k < blocks; k++) {
         const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
-        if (kinds->center[block]) add_block(tile, block, 1, s);
+        if (kinds->center[block]) add_part(tile, block, SHD_WHOLE, 1, s);
     }
-    for (unsigned rule = 1; rule <= s->rule_count; rule++)
-        for (size_t block = 0; block < blocks; block++) {
-            if (kinds->rule[block] != rule) continue;
-            shd_bundle *b = add_block(tile, block, s->rules[rule - 1].count, s);
-            if (!b) continue;
-            b->rule = (uint16_t)rule;
-            b->object = kinds->object[block];
-        }
+    for (size_t rule = 0; rule < s->rule_count; rule++)
+        for (size_t block = 0; block < blocks; block++)
+            if (kinds->ruled[block])
+                add_takers(tile, block, kinds, (uint8_t)(rule + 1),
+                           s->rules[rule].rim ? 1 : s->rules[rule].count, s);
     for (size_t k = 0; k < blocks; k++) {
         const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
-        if (s->survey.blocks[block].count && !kinds->drawn[block] && !kinds->center[block] &&
-            !kinds->rule[block])
-            add_block(tile, block, samples, s);
+        if (kinds->ruled[block])
+            add_takers(tile, block, kinds, TAKE_ALL, samples, s);
+        else if (s->survey.blocks[block].count && !kinds->drawn[block] && !kinds->center[block])
+            add_part(tile, block, SHD_WHOLE, samples, s);
     }
 }
 
@@ -183,6 +252,9 @@ void shd_list_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch
 
 /* ---- Chunks. ---- */
 
+/* What is added to the cells of shots that neighbors share, and to where they are in the tile. */
+enum { LATTICE = 0x8000, MARGIN = 1 };
+
 /* Makes sample `from` of all pixels of a bundle, then the next one, and so on: a sample's rays
  * lie beside each other, and so do the values that make the means of neighboring pixels. */
 static void make_shots(shd_tile tile, const uint16_t *cells, size_t pixels, size_t samples,
@@ -204,6 +276,29 @@ static void make_shots(shd_tile tile, const uint16_t *cells, size_t pixels, size
     }
 }
 
+/* Makes shots through the centers of a bundle's pixels and of those around it. Their cells are no
+ * other shots': they tell what is kept of them (keep.h). */
+static void make_lattice(shd_tile tile, const shd_bundle *bundle, int rim, size_t pattern,
+                         size_t at, shd_tile_scratch *s) {
+    const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE,
+              cell = s->pixels[bundle->first], x0 = cell % SHD_TILE - rim,
+              y0 = cell / SHD_TILE - rim, x1 = x0 + bundle->width + 2 * rim,
+              y1 = y0 + bundle->count / bundle->width + 2 * rim;
+    memset(s->sample + at, (int)shd_center_sample(pattern), (size_t)((x1 - x0) * (y1 - y0)));
+    for (int y = y0; y < y1; y++)
+        for (int x = x0; x < x1; x++, at++) {
+            s->shot_cell[at] = (uint16_t)(LATTICE | ((y + MARGIN) * 2 * SHD_TILE + x + MARGIN));
+            s->x[at] = left + x;
+            s->y[at] = top + y;
+        }
+}
+
+size_t shd_shots_of(const shd_bundle *b, const shd_rule *rule) {
+    if (!rule || !rule->rim) return (size_t)b->count * b->samples;
+    const size_t more = 2 * (size_t)rule->rim;
+    return (b->width + more) * (b->count / b->width + more);
+}
+
 /* Whether two bundles' rays may be cast together. */
 static bool go_together(const shd_bundle *a, const shd_bundle *b) {
     return a->samples == b->samples && a->rule == b->rule && (!a->rule || a->object == b->object);
@@ -211,7 +306,7 @@ static bool go_together(const shd_bundle *a, const shd_bundle *b) {
 
 shd_chunk shd_make_chunk(shd_tile tile, shd_tile_scratch *s, size_t first, size_t pattern) {
     const shd_bundle *begin = &s->bundles[first];
-    const size_t samples = begin->samples;
+    const size_t samples = begin->samples, most = shd_pixels_at_once(samples) * samples;
     size_t from = samples < pattern ? shd_center_sample(pattern) : 0;
     shd_chunk c = {.bundles = begin, .samples = samples};
     if (begin->rule) {
@@ -220,11 +315,14 @@ shd_chunk shd_make_chunk(shd_tile tile, shd_tile_scratch *s, size_t first, size_
     }
     for (; first + c.count < s->bundle_count; c.count++) {
         const shd_bundle *next = &c.bundles[c.count];
-        if (!go_together(begin, next) || c.pixels + next->count > shd_pixels_at_once(samples))
-            break;
-        make_shots(tile, s->pixels + next->first, next->count, samples, from, c.pixels * samples,
-                   s);
+        const size_t shots = shd_shots_of(next, c.rule);
+        if (!go_together(begin, next) || c.shots + shots > most) break;
+        if (c.rule && c.rule->rim)
+            make_lattice(tile, next, c.rule->rim, pattern, c.shots, s);
+        else
+            make_shots(tile, s->pixels + next->first, next->count, samples, from, c.shots, s);
         c.pixels += next->count;
+        c.shots += shots;
     }
     return c;
 }
@@ -235,7 +333,11 @@ void shd_shoot_chunk(const shd_scenery *scenery, const shd_chunk *c, shd_tile_sc
     s->hits.count = 0;
     s->now = &s->hits;
     uint32_t first = 0;
-    for (size_t b = 0; b < c->count; b++) {
+    if (c->rule) { /* one object is all that is seen */
+        const shd_shots all = {c->shots, s->x, s->y, s->sample};
+        shd_sight_shoot(scenery->sight, &c->bundles->object, 1, &all, &s->hits);
+    }
+    for (size_t b = 0; b < c->count && !c->rule; b++) {
         const uint32_t shots = c->bundles[b].count * samples;
         const shd_block *block = c->bundles[b].block;
         const size_t before = s->hits.count;

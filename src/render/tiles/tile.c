@@ -403,7 +403,7 @@ static void store_data(const shd_scenery *scenery, const shd_hits *hits, const s
  * rays. Sets s->now and ends the stage. */
 static void cast_shots(const shd_scenery *scenery, shd_tile_scratch *s, const shd_chunk *c,
                        shd_stopwatch *watch) {
-    const size_t shots = c->pixels * c->samples;
+    const size_t shots = c->shots;
     const shd_kept_cast *cast = s->recalled;
     if (cast) s->recalled = cast->next;
     if (cast && cast->shots == shots &&

@@ -63,8 +63,10 @@ static void lay_out_fragments(const shd_plan *plan, size_t samples, shd_scratch 
     s->coverage = shd_scratch_take(memory, f->capacity, sizeof *s->coverage);
     f->sums = shd_scratch_rows32(memory, shd_sum_of(plan, plan->plane_count, 0, 0),
                                  f->capacity + SHD_LANES);
-    const size_t step = shd_pixels_at_once(samples), all = (SHD_TILE_PIXELS + step - 1) / step,
-                 /* And one of what takes one sample, and of each block that takes nodes. */
+    const size_t
+        step = shd_pixels_at_once(samples),
+        all = (SHD_TILE_PIXELS + step - 1) / step,
+        /* And one of what takes one sample, and of each part of a block that takes nodes. */
         chunks = all + shd_plan_is_thin(plan) + (s->rule_count ? SHD_BUNDLES : 0);
     f->runs = shd_scratch_take(memory, chunks * s->run_capacity, sizeof *f->runs);
 }

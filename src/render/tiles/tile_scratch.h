@@ -6,11 +6,13 @@
 #include "render/tiles/far.h"
 #include "render/tiles/fragments.h"
 #include "shade/lighting.h"
+#include "sight/bend.h"
 #include "sight/sight.h"
 
 /* Pixels whose rays are cast together. */
 typedef struct shd_bundle {
     uint16_t first, count;  /* in s->pixels */
+    uint16_t width;         /* pixels in a row, of a block or a part of one */
     uint16_t samples;       /* of each pixel that are taken: all, one at its center, or nodes */
     uint16_t rule;          /* that these are of, plus 1, of s->rules; or 0 */
     uint32_t object;        /* of nodes: that all of them hit */
@@ -18,8 +20,9 @@ typedef struct shd_bundle {
 } shd_bundle;
 
 enum {
-    /* The most of a tile: its blocks, or its chunks, which have as many pixels or more. */
-    SHD_BUNDLES = SHD_TILE_PIXELS / (SHD_BLOCK_SIDE * SHD_BLOCK_SIDE),
+    SHD_BLOCKS = SHD_TILE_PIXELS / (SHD_BLOCK_SIDE * SHD_BLOCK_SIDE), /* of a tile */
+    /* The most of a tile: its blocks' quarters, or its chunks, which have more pixels. */
+    SHD_BUNDLES = SHD_BLOCKS * SHD_QUARTERS,
     SHD_NO_FRAGMENT = UINT16_MAX
 };
 
