@@ -11,12 +11,13 @@
  *
  * Triangles are met by the sides on which their edges pass the ray (S. Woop, C. Benthin, I. Wald,
  * "Watertight Ray/Triangle Intersection", 2013), which both triangles of an edge see alike, and 0
- * counts for either: no ray slips through. A ray that starts on a triangle starts within it: at the
- * weights of its corners that the origin has, so that it lies in the triangle's plane in the mesh's
- * own frame, moved from the edges by 2^-40 of the way to the middle and 2^-43 of the coordinates'
- * size. It meets no triangle that has no corner on the side of its own plane to which it goes; and
- * one that has no corner on the other side, as the next one of a fold has none, it meets however
- * near that is. So from the edge of a fold it is known what stands before it. */
+ * counts for either: no ray slips through. A ray that starts on a triangle starts within it: on the
+ * corner that the origin is but for rounding, or at the weights of its corners that the origin has,
+ * so that it lies in the triangle's plane in the mesh's own frame, moved from the edges by 2^-40 of
+ * the way to the middle and 2^-43 of the coordinates' size. It meets no triangle that has no corner
+ * on the side of its own plane to which it goes; and one that has no corner on the other side, as
+ * the next one of a fold has none, it meets however near that is. So from the edge of a fold it is
+ * known what stands before it. */
 #pragma once
 
 #include "plan/occluders.h"
