@@ -12,7 +12,7 @@
 
 #include "plan/around.h"
 #include "plan/tier.h"
-#include "shade/around.h"
+#include "shade/around_quick.h"
 #include "shade/brdf.h"
 #include "shade/ways.h"
 
@@ -154,8 +154,38 @@ static double most_of(const shd_surroundings *map, const place *p) {
                                   : INFINITY);
 }
 
+static size_t ways_counted;
+static void count_ways(const void *context, const shd_ways *ways, double (*out)[SHD_WAY_SUMS]) {
+    ways_counted += ways->points;
+    shd_sum_ways_portable(context, ways, out);
+}
+
+static void walk_quickly(const shd_surroundings *map, const shd_moments *moments, const place *p,
+                         double floor, double out[ROWS][3]) {
+    const shd_around_function f = {count_ways, &p->ways, p->rows};
+    const shd_around_lobe lobe = {p->material.model, p->lobe.shininess, p->at.normal, p->at.view,
+                                  p->at.mirror};
+    memset(out, 0, sizeof(double[ROWS][3]));
+    ways_counted = 0;
+    shd_around_sum_quickly(map, moments, &lobe, &f, floor, out);
+}
+
 /* Holds the walk against sums by `cut` and twice as many; returns how far off it is, of the
  * most. */
+static double check_quick(const shd_surroundings *map, const shd_moments *moments, const place *p, double fine[ROWS][3], double itself[ROWS][3], const char *name) {
+    shd_light light = {.of_map = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .map = map};
+    const double most = shd_around_most_of(&light, &p->material, p->term, INFINITY);
+    double found[ROWS][3], worst = 0, value = 0, off = 0, may=0;
+    walk_quickly(map, moments, p, SHD_QUICK_FLOOR * most, found);
+    for (size_t r = 3 * p->term; r < p->rows; r++)
+        for (int k = 0; k < 3; k++) {
+            const double o = fabs(found[r][k] - fine[r][k]), may_be = SHD_QUICK_SHARE * fine[r][k] + SHD_QUICK_FLOOR * most + 2 * fabs(itself[r][k] - fine[r][k]);
+            if (o / may_be > worst) worst = o / may_be, value = fine[r][k], off = o, may=2 * fabs(itself[r][k] - fine[r][k]);
+        }
+    print_message("QUICK %s model %d sharp %g N.V %.3g: %.2f of allowed, %.3g of %.3g (most %.3g, itself %.1e), %zu ways\n", name, p->material.model, p->lobe.shininess, shd_dot(p->at.normal, p->at.view), worst, off, value, most, may, ways_counted);
+    return worst;
+}
+
 static double check(const shd_surroundings *map, const place *p, int cut, const char *name) {
     shd_moments *moments = aligned_alloc(64, shd_moments_size(map));
     double found[ROWS][3], coarse[ROWS][3], fine[ROWS][3];
@@ -163,6 +193,7 @@ static double check(const shd_surroundings *map, const place *p, int cut, const 
     walk(map, moments, p, found);
     brute_force(map, p, cut, coarse);
     brute_force(map, p, 2 * cut, fine);
+    check_quick(map, moments, p, fine, coarse, name);
     free(moments);
     const double most = most_of(map, p), off = differ(p, found, fine) / most,
                  itself = differ(p, coarse, fine) / most;
@@ -254,10 +285,13 @@ static void blocks_hold_all_light(void **state) {
     for (int level = 0; level < moments->level_count; level++) {
         const shd_moment_level *l = &moments->levels[level];
         const shd_moment_block *b = shd_moment_blocks_of(moments, level);
-        double sum = 0;
+        double sums[SHD_MOMENT_ORDERS] = {0};
         for (int k = 0; k < l->rows * l->columns; k++)
-            for (int n = 0; n < 16; n++) sum += (double)b[k].weights[2][n];
-        assert_true(fabs(sum / (4 * SHD_PI) - 1) < 1e-6);
+            for (int o = 0; o < SHD_MOMENT_ORDERS; o++)
+                for (int n = shd_moment_nodes_at(o); n < shd_moment_nodes_at(o + 1); n++)
+                    sums[o] += (double)b[k].weights[2][n];
+        for (int o = 0; o < SHD_MOMENT_ORDERS; o++)
+            assert_true(fabs(sums[o] / (4 * SHD_PI) - 1) < 1e-6);
     }
     free(moments);
     assert_true(shd_surroundings_brightest(&map, 1) >= 1);
