@@ -19,17 +19,33 @@ static bool is_exact(const shd_choice *choice, const shd_excess_list *list) {
     return choice->tier == SHD_EXACT && list->more == 0;
 }
 
+/* Whether environments are all that the plan sums otherwise than the exact tier does. Then both
+ * have the same points, and differ by their sums alone; CIEDE2000 has no use for shares. */
+static bool differs_by_sums(const shd_plan *plan, shd_metric metric, double *share) {
+    *share = 0;
+    if (!plan->glows || plan->point_off > 0 || shd_has_models32(plan)) return false;
+    *share = metric == SHD_CODE ? shd_quick_share(plan) : -1;
+    return *share >= 0;
+}
+
 /* How far a plan with points for shapes (point_off), with tables of environments, or with models in
  * f32, is off the exact tier's picture, which has shapes, quadrature and f64: each is within its
  * bound of the model. Channels may err any way, of any colors up to the brightest. */
-static void compare_points(const shd_plan *plan, shd_excess_list *out) {
+static void compare_points(const shd_plan *plan, shd_metric metric, shd_excess_list *out) {
     static const shd_parts any = {{0, 0, 0}, {1, 1, 1}};
     shd_plan shapes = *plan;
     shapes.point_off = 0;
     shapes.glows = NULL;
     shapes.tier = SHD_EXACT;
     *out = (shd_excess_list){.count = 1, .mixed = plan->scene->raster.samples > 1};
-    out->more = shd_extended_error(plan) + shd_extended_error(&shapes);
+    double share;
+    if (differs_by_sums(plan, metric, &share)) {
+        out->more = shd_sums_error(plan) + shd_sums_error(&shapes);
+        out->color = share;
+        out->nonnegative = share > 0;
+    } else {
+        out->more = shd_extended_error(plan) + shd_extended_error(&shapes);
+    }
     shd_excess *e = &out->excess[0];
     e->parts = e->gain = any;
     const double most = shd_brightest(plan) + out->more;
@@ -42,7 +58,7 @@ static double shown_off(const shd_plan *plan, const shd_shown *shown, shd_metric
     if (!(plan->point_off > 0) && !plan->glows && !shd_has_models32(plan)) return 0;
     shd_excess_list list;
     double worst = 0;
-    compare_points(plan, &list);
+    compare_points(plan, metric, &list);
     const size_t outputs = shown ? plan->scene->output_count : 0;
     if (!outputs || !isfinite(list.most[0])) return INFINITY;
     for (size_t o = 0; o < outputs; o++)

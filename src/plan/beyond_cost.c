@@ -60,12 +60,14 @@ static double shape_cost(const shd_plan_material *m, const shd_light *shape, int
 /* Environments: a look at a table, of a lobe with the cut that some points have; and quadrature. */
 static double around_cost(const shd_plan *plan, const shd_plan_material *m,
                           const shd_plan_light *light) {
-    static const double DIFFUSE = 90, LOBE = 500, QUADRATURE = 1e6, OF_ROOTS = 2.5e6, WALK = 6e5;
+    static const double DIFFUSE = 90, LOBE = 500, QUADRATURE = 1e6, OF_ROOTS = 2.5e6, WALK = 6e5,
+                        QUICK = 9e4;
     double sum = 0;
     for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
         const double exponent = t ? m->lobes[t - 1].shininess : 1;
         if (!shd_is_symmetric(m->model, t))
-            sum += WALK * (t && m->indices ? ceil((double)plan->bins->count / 3) : 1);
+            sum += (plan->glows ? QUICK : WALK) *
+                   (t && m->indices ? ceil((double)plan->bins->count / 3) : 1);
         else if (shd_find_glow(plan, m, light, t))
             sum += t ? LOBE : DIFFUSE;
         else

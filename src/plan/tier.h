@@ -84,5 +84,9 @@ static const double SHD_ENVIRONMENT_TOLERANCE = 2e-4;
 /* The same of lobes that are not symmetric, for which a map is walked (shade/around.h). */
 static const double SHD_AROUND_TOLERANCE = 1e-4;
 
+/* The same of those tiers that need not walk as far (shade/around_quick.h): of the sum itself, and
+ * of the most that the map adds. */
+static const double SHD_QUICK_SHARE = 4e-3, SHD_QUICK_FLOOR = 1e-6;
+
 /* What quadrature of other models over directions may be off, of the most that a light adds. */
 static const double SHD_AREA_MODEL_TOLERANCE = 3e-5;

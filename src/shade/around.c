@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "shade/around_parts.h"
 #include "shade/gauss.h"
 
 /* How far a block or a cell may reach, of the lobe's width; and what has a kink, of that which the
@@ -11,44 +12,16 @@ static const double BLOCK = 0.45, CELL = 0.42, KINK = 0.08;
 /* Lobes count up to e^-14 of their peaks. */
 static const double FAINT = 14;
 
-enum { DEEPEST = 24, NODES = SHD_MOMENT_NODES };
+/* Blocks count by nodes of this order. */
+enum { DEEPEST = 24, ORDER = 1, NODES = 4 };
 
 typedef struct walk {
     const shd_surroundings *map;
     const shd_moments *moments;
     const shd_around_lobe *lobe;
-    const shd_around_function *f;
-    double (*out)[SHD_WAY_SUMS];
     double viewing; /* N.V */
-    shd_ways ways;
+    shd_around_ways to;
 } walk;
-
-/* ---- What is summed. ---- */
-
-static void flush(walk *w) {
-    shd_ways *ways = &w->ways;
-    if (!ways->points) return;
-    ways->count = ways->points;
-    for (; ways->count % SHD_WAYS_STEP; ways->count++)
-        for (int c = 0; c < 3; c++) {
-            ways->toward[c][ways->count] = ways->toward[c][ways->points - 1];
-            ways->weight[c][ways->count] = 0;
-        }
-    w->f->sum(w->f->context, ways, w->out);
-    ways->points = 0;
-}
-
-static inline void add_way(walk *w, shd_vec3 d, double r, double g, double b) {
-    shd_ways *ways = &w->ways;
-    const size_t i = ways->points++;
-    ways->toward[0][i] = d.x;
-    ways->toward[1][i] = d.y;
-    ways->toward[2][i] = d.z;
-    ways->weight[0][i] = r / SHD_PI;
-    ways->weight[1][i] = g / SHD_PI;
-    ways->weight[2][i] = b / SHD_PI;
-    if (ways->points == SHD_WAYS_MOST) flush(w);
-}
 
 /* ---- How the lobe is around a direction. ---- */
 
@@ -151,7 +124,7 @@ static inline void add_place(walk *w, const cell *c, shd_turned turn, shd_turned
         const double above = a + s * (b - a), below = d + s * (e - d);
         v[k] = by * down.sine * (above + t * (below - above));
     }
-    add_way(w, shd_turned_to(turn, down), v[0], v[1], v[2]);
+    shd_add_way(&w->to, shd_turned_to(turn, down), v[0], v[1], v[2]);
 }
 
 static shd_turned turned(double angle) {
@@ -266,12 +239,14 @@ static void walk_cell(walk *w, int i, int j) {
 /* ---- Blocks. ---- */
 
 static void add_block(walk *w, int level, int column, int row, const shd_moment_block *b) {
-    const shd_turned *turns = shd_moment_turns_of(w->moments, level) + NODES * column,
-                     *downs = shd_moment_downs_of(w->moments, level) + NODES * row;
-    for (int m = 0, k = 0; m < NODES; m++)
+    const int side = shd_moment_side_at(ORDER);
+    const shd_turned *turns =
+                         shd_moment_turns_of(w->moments, level) + SHD_MOMENT_SIDE * column + side,
+                     *downs = shd_moment_downs_of(w->moments, level) + SHD_MOMENT_SIDE * row + side;
+    for (int m = 0, k = shd_moment_nodes_at(ORDER); m < NODES; m++)
         for (int n = 0; n < NODES; n++, k++)
-            add_way(w, shd_turned_to(turns[n], downs[m]), (double)b->weights[0][k],
-                    (double)b->weights[1][k], (double)b->weights[2][k]);
+            shd_add_way(&w->to, shd_turned_to(turns[n], downs[m]), (double)b->weights[0][k],
+                        (double)b->weights[1][k], (double)b->weights[2][k]);
 }
 
 static void walk_block(walk *w, int level, int column, int row) {
@@ -281,7 +256,8 @@ static void walk_block(walk *w, int level, int column, int row) {
     const double reach = (double)b->reach;
     const shd_vec3 middle = {(double)b->middle[0], (double)b->middle[1], (double)b->middle[2]};
     const look at = look_at(w, middle, reach);
-    if (at.side <= -reach || at.faint > FAINT || !(b->light > 0)) return;
+    if (at.side <= -reach || at.faint > FAINT || !(b->light[0] + b->light[1] + b->light[2] > 0))
+        return;
     const bool whole = at.side >= reach || w->lobe->model != SHD_MODEL_BLINN_PHONG;
     if (whole && is_smooth(&at, reach, BLOCK)) {
         add_block(w, level, column, row, b);
@@ -299,19 +275,23 @@ static void walk_block(walk *w, int level, int column, int row) {
             walk_block(w, level - 1, i, j);
 }
 
+/* False: the whole lobe is 0. */
+static bool begin(walk *w, const shd_surroundings *map, const shd_around_lobe *lobe,
+                  const shd_around_function *f, double (*out)[SHD_WAY_SUMS]) {
+    w->map = map;
+    w->moments = NULL;
+    w->lobe = lobe;
+    w->viewing = shd_dot(lobe->normal, lobe->view);
+    shd_begin_ways(&w->to, f, out);
+    return lobe->model != SHD_MODEL_COOK_TORRANCE || w->viewing > 0;
+}
+
 void shd_around_sum(const shd_surroundings *map, const shd_moments *moments,
                     const shd_around_lobe *lobe, const shd_around_function *f,
                     double (*out)[SHD_WAY_SUMS]) {
     walk w; /* its ways are large */
-    w.map = map;
+    if (!begin(&w, map, lobe, f, out)) return;
     w.moments = moments;
-    w.lobe = lobe;
-    w.f = f;
-    w.out = out;
-    w.viewing = shd_dot(lobe->normal, lobe->view);
-    w.ways.points = 0;
-    w.ways.sums = 3;
-    if (lobe->model == SHD_MODEL_COOK_TORRANCE && !(w.viewing > 0)) return;
     if (moments) {
         const int top = moments->level_count - 1;
         for (int j = 0; j < moments->levels[top].rows; j++)
@@ -320,5 +300,13 @@ void shd_around_sum(const shd_surroundings *map, const shd_moments *moments,
         for (int j = 0; j <= map->height; j++)
             for (int i = 0; i < map->width; i++) walk_cell(&w, i, j);
     }
-    flush(&w);
+    shd_end_ways(&w.to);
+}
+
+void shd_around_cell(const shd_surroundings *map, const shd_around_lobe *lobe,
+                     const shd_around_function *f, int i, int j, double (*out)[SHD_WAY_SUMS]) {
+    walk w;
+    if (!begin(&w, map, lobe, f, out)) return;
+    walk_cell(&w, i, j);
+    shd_end_ways(&w.to);
 }

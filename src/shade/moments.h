@@ -1,9 +1,10 @@
-/* A map of surroundings in blocks, over which any smooth function is summed by 16 of its values.
+/* A map of surroundings in blocks, over which any smooth function is summed by a few of its values.
  *
- * With the function's polynomial through 4 by 4 nodes of a block, the integral of radiance times it
+ * With the function's polynomial through n by n nodes of a block, the integral of radiance times it
  * over the block is a sum over nodes of its values there times weights, which are integrals of
  * radiance times the nodes' own polynomials. So texels may differ as they like: what the sum is off
- * by is what the polynomial is, times the light of the block.
+ * by is what the polynomial is, times the light of the block. Each block has weights for an n of 2,
+ * 4, 6 and 8, whose nodes are Chebyshev's.
  *
  * The map's cells are those between the middles of texels, where radiance is linear both ways: cell
  * (i, j) is from column i to the next one, which goes around, and from row j - 1 to row j, of
@@ -19,7 +20,25 @@
 #include "base/cancel.h"
 #include "scene/surroundings.h"
 
-enum { SHD_MOMENT_NODES = 4, SHD_MOMENT_LEVELS = 4, SHD_CELL_NODES = 3 };
+/* Orders of nodes, and how many all of them are, along a side and of a block. */
+enum {
+    SHD_MOMENT_ORDERS = 4,
+    SHD_MOMENT_LEVELS = 4,
+    SHD_CELL_NODES = 6,
+    SHD_MOMENT_SIDE = 2 + 4 + 6 + 8,
+    SHD_MOMENT_NODES = 4 + 16 + 36 + 64
+};
+
+/* Order k is of so many nodes a side, which follow those of the orders below it. */
+static inline int shd_moment_order(int k) {
+    return 2 + 2 * k;
+}
+static inline int shd_moment_side_at(int k) {
+    return k * (k + 1);
+}
+static inline int shd_moment_nodes_at(int k) {
+    return 2 * k * (k + 1) * (2 * k + 1) / 3;
+}
 
 /* An angle: a longitude, or what a latitude is from +y. */
 typedef struct shd_turned {
@@ -29,19 +48,22 @@ typedef struct shd_turned {
 typedef struct shd_moment_block {
     float middle[3]; /* unit */
     float reach;     /* no direction of the block is farther from the middle, in radians */
-    float weights[3][SHD_MOMENT_NODES * SHD_MOMENT_NODES]; /* by channel; rows of longitudes */
-    float light; /* the integral of the brightest channel, at most */
+    float light[3];  /* the integral of each channel */
+    float weights[3][SHD_MOMENT_NODES]; /* by channel and order: rows of longitudes */
 } shd_moment_block;
 
 typedef struct shd_moment_level {
     int32_t size, columns, rows; /* of a block in cells; blocks */
-    uint64_t turns_at, downs_at; /* shd_turned [columns][4], [rows][4]: nodes */
+    uint64_t turns_at, downs_at; /* shd_turned [columns][SHD_MOMENT_SIDE], [rows][..]: nodes */
     uint64_t blocks_at;          /* shd_moment_block [rows][columns] */
 } shd_moment_level;
 
 typedef struct shd_moments {
     int32_t width, height, level_count;
     shd_moment_level levels[SHD_MOMENT_LEVELS]; /* the finest first */
+    /* shd_turned [width][SHD_CELL_NODES], [height + 1][..]: of each column and row of cells the
+     * middle, and the nodes of Gauss' rules of 2 and of 3 points. */
+    uint64_t cell_turns_at, cell_downs_at;
     uint64_t bytes;
 } shd_moments;
 
@@ -58,6 +80,13 @@ static inline const shd_turned *shd_moment_turns_of(const shd_moments *m, int le
 }
 static inline const shd_turned *shd_moment_downs_of(const shd_moments *m, int level) {
     return (const shd_turned *)(const void *)((const char *)m + m->levels[level].downs_at);
+}
+
+static inline const shd_turned *shd_cell_turns_of(const shd_moments *m) {
+    return (const shd_turned *)(const void *)((const char *)m + m->cell_turns_at);
+}
+static inline const shd_turned *shd_cell_downs_of(const shd_moments *m) {
+    return (const shd_turned *)(const void *)((const char *)m + m->cell_downs_at);
 }
 
 /* Where columns and rows of cells begin, in radians; `i` and `j` may be one after the last. */

@@ -3,7 +3,8 @@
 #include <string.h>
 
 #include "plan/around.h"
-#include "shade/around.h"
+#include "plan/tier.h"
+#include "shade/around_quick.h"
 #include "shade/backdrop.h"
 #include "shade/environment.h"
 #include "shade/prefilter.h"
@@ -64,7 +65,13 @@ static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
                                   here.view, here.mirror};
     double all[6][SHD_WAY_SUMS];
     memset(all, 0, sizeof all);
-    shd_around_sum(from->map, plan->moments ? plan->moments[light->around] : NULL, &lobe, &f, all);
+    const shd_moments *moments = plan->moments ? plan->moments[light->around] : NULL;
+    if (moments && plan->glows)
+        shd_around_sum_quickly(
+            from->map, moments, &lobe, &f,
+            SHD_QUICK_FLOOR * shd_around_most_of(from, &alone, term > 0, INFINITY), all);
+    else
+        shd_around_sum(from->map, moments, &lobe, &f, all);
     for (size_t c = 0; c < 3; c++) {
         double rgb[3];
         shd_from_map(from, all[term ? 3 + c : c], rgb);

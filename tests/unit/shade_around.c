@@ -12,7 +12,7 @@
 
 #include "plan/around.h"
 #include "plan/tier.h"
-#include "shade/around.h"
+#include "shade/around_quick.h"
 #include "shade/brdf.h"
 #include "shade/ways.h"
 
@@ -154,8 +154,42 @@ static double most_of(const shd_surroundings *map, const place *p) {
                                   : INFINITY);
 }
 
+static void walk_quickly(const shd_surroundings *map, const shd_moments *moments, const place *p,
+                         double floor, double out[ROWS][3]) {
+    const shd_around_function f = {shd_sum_ways_portable, &p->ways, p->rows};
+    const shd_around_lobe lobe = {p->material.model, p->lobe.shininess, p->at.normal, p->at.view,
+                                  p->at.mirror};
+    memset(out, 0, sizeof(double[ROWS][3]));
+    shd_around_sum_quickly(map, moments, &lobe, &f, floor, out);
+}
+
 /* Holds the walk against sums by `cut` and twice as many; returns how far off it is, of the
  * most. */
+/* The most that quick walks take for their floor. */
+static double floor_of(const shd_surroundings *map, const place *p) {
+    const shd_light light = {.of_map = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .map = map};
+    return SHD_QUICK_FLOOR * shd_around_most_of(&light, &p->material, p->term, INFINITY);
+}
+
+/* Holds the quick walk against `fine`, which may itself be off by twice what `coarse` is off it.
+ * Returns how far off it is, of what it may be. */
+static double check_quick(const shd_surroundings *map, const shd_moments *moments, const place *p,
+                          double fine[ROWS][3], double coarse[ROWS][3], const char *name) {
+    const double floor = floor_of(map, p);
+    double found[ROWS][3], worst = 0;
+    walk_quickly(map, moments, p, floor, found);
+    for (size_t r = 3 * p->term; r < p->rows; r++)
+        for (int k = 0; k < 3; k++) {
+            const double may =
+                SHD_QUICK_SHARE * fine[r][k] + floor + 2 * fabs(coarse[r][k] - fine[r][k]);
+            worst = fmax(worst, fabs(found[r][k] - fine[r][k]) / may);
+        }
+    print_message("%s, model %d, sharpness %g, N.V %.3g: quickly %.2f of what is allowed\n", name,
+                  p->material.model, p->lobe.shininess, shd_dot(p->at.normal, p->at.view), worst);
+    assert_true(worst <= 1);
+    return worst;
+}
+
 static double check(const shd_surroundings *map, const place *p, int cut, const char *name) {
     shd_moments *moments = aligned_alloc(64, shd_moments_size(map));
     double found[ROWS][3], coarse[ROWS][3], fine[ROWS][3];
@@ -163,6 +197,7 @@ static double check(const shd_surroundings *map, const place *p, int cut, const 
     walk(map, moments, p, found);
     brute_force(map, p, cut, coarse);
     brute_force(map, p, 2 * cut, fine);
+    check_quick(map, moments, p, fine, coarse, name);
     free(moments);
     const double most = most_of(map, p), off = differ(p, found, fine) / most,
                  itself = differ(p, coarse, fine) / most;
@@ -254,22 +289,49 @@ static void blocks_hold_all_light(void **state) {
     for (int level = 0; level < moments->level_count; level++) {
         const shd_moment_level *l = &moments->levels[level];
         const shd_moment_block *b = shd_moment_blocks_of(moments, level);
-        double sum = 0;
+        double sums[SHD_MOMENT_ORDERS] = {0};
         for (int k = 0; k < l->rows * l->columns; k++)
-            for (int n = 0; n < 16; n++) sum += (double)b[k].weights[2][n];
-        assert_true(fabs(sum / (4 * SHD_PI) - 1) < 1e-6);
+            for (int o = 0; o < SHD_MOMENT_ORDERS; o++)
+                for (int n = shd_moment_nodes_at(o); n < shd_moment_nodes_at(o + 1); n++)
+                    sums[o] += (double)b[k].weights[2][n];
+        for (int o = 0; o < SHD_MOMENT_ORDERS; o++)
+            assert_true(fabs(sums[o] / (4 * SHD_PI) - 1) < 1e-6);
     }
     free(moments);
     assert_true(shd_surroundings_brightest(&map, 1) >= 1);
     assert_true(shd_surroundings_brightest(&map, 100) < 2 * SHD_PI * (1 + 1e-9));
 }
 
+/* Quick walks are within their share of long ones, on the maps that are built in and on sparks. */
+static void quick_walks_are_as_long_ones(void **state) {
+    (void)state;
+    const shd_surroundings *maps[] = {shd_surroundings_find("studio"), shd_surroundings_find("sky"),
+                                      NULL};
+    const shd_surroundings sparks = map_of_noise();
+    maps[2] = &sparks;
+    for (int m = 0; m < 3; m++) {
+        shd_moments *moments = aligned_alloc(64, shd_moments_size(maps[m]));
+        assert_true(shd_moments_make(maps[m], NULL, moments));
+        for (int k = 0; k < LOBES; k++)
+            for (int way = 0; way < 3; way++) {
+                static const double views[] = {0.95, 0.4, 0.03};
+                place p;
+                double all[ROWS][3];
+                stand(&p, lobes[k].model, lobes[k].sharpness,
+                      direction(acos(2 * uniform() - 1), 6.3 * uniform()), views[way],
+                      6.3 * uniform());
+                walk(maps[m], moments, &p, all);
+                check_quick(maps[m], moments, &p, all, all, maps[m]->name);
+            }
+        free(moments);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(one_texel_is_as_its_parts),
-        cmocka_unit_test(noise_is_as_all_texels),
-        cmocka_unit_test(blocks_are_as_their_cells),
-        cmocka_unit_test(blocks_hold_all_light),
+        cmocka_unit_test(one_texel_is_as_its_parts),    cmocka_unit_test(noise_is_as_all_texels),
+        cmocka_unit_test(blocks_are_as_their_cells),    cmocka_unit_test(blocks_hold_all_light),
+        cmocka_unit_test(quick_walks_are_as_long_ones),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -159,6 +159,7 @@ static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *
         shd_add_noise(sums, piece, light);
         return;
     }
+    if (sums->only_sums && !light->environment) return; /* all tiers sum it as one */
     if (light->environment) {
         shd_glance g = {.lit = {.nearest = INFINITY}};
         see_piece(f, piece, light, &g);
@@ -241,8 +242,8 @@ static bool is_mapped_to_horizon(const shd_plan *plan, size_t index) {
 }
 
 /* At any piece of the object. */
-static shd_brought look_at(const shd_plan *plan, size_t index, bool estimated, const double *noise,
-                           double rounding) {
+static shd_brought look_at(const shd_plan *plan, size_t index, bool estimated, bool only_sums,
+                           const double *noise, double rounding) {
     enum { FINENESS = 2 };
     const shd_scene *scene = plan->scene;
     const shd_plan_object *bounds = &plan->objects[index];
@@ -250,7 +251,8 @@ static shd_brought look_at(const shd_plan *plan, size_t index, bool estimated, c
     finding f = {.sums = {.plan = plan,
                           .material = m,
                           .place = shd_place_of(&scene->objects[index], bounds),
-                          .estimated = estimated}};
+                          .estimated = estimated,
+                          .only_sums = only_sums}};
     if (noise && m->model == SHD_MODEL_WESTIN) f.sums.noise = &noise[bounds->material];
     f.misplaced = shd_misplaced_of(scene, &f.sums.place);
     f.steps = find_steps(plan, &f.misplaced);
@@ -302,14 +304,15 @@ static double rounding_of(const shd_plan *plan) {
 
 /* Of all that is lit by weights whose error is known. Of surfaces behind each other, what is seen
  * is a mean, so that no error is more than the largest of one. */
-static double picture_error(const shd_plan *plan, bool estimated, const double *noise,
-                            const shd_brought *beyond) {
+static double picture_error(const shd_plan *plan, bool estimated, bool only_sums,
+                            const double *noise, const shd_brought *beyond) {
     const shd_scene *scene = plan->scene;
     const double rounding = rounding_of(plan), behind = shd_background_most(plan);
     /* Rays of the eye have their directions to within rounding. */
     shd_brought all = {behind, rounding * behind + SHD_WEIGHT_DIRECTION * shd_backdrop_slope(plan)};
     for (size_t i = 0; i < scene->object_count; i++)
-        shd_add_beyond(plan, i, look_at(plan, i, estimated, noise, rounding), beyond, &all);
+        shd_add_beyond(plan, i, look_at(plan, i, estimated, only_sums, noise, rounding), beyond,
+                       &all);
     const double error = divided_by_alpha(plan, all);
     return error < 1e37 && !plan->beyond ? error : INFINITY;
 }
@@ -321,7 +324,31 @@ const char *shd_no_linear_bound(void) {
 
 double shd_extended_error(const shd_plan *plan) {
     const shd_brought beyond = shd_find_beyond(plan, rounding_of(plan), false);
-    return picture_error(plan, false, NULL, &beyond);
+    return picture_error(plan, false, false, NULL, &beyond);
+}
+
+double shd_sums_error(const shd_plan *plan) {
+    const shd_brought beyond = shd_find_beyond(plan, rounding_of(plan), false);
+    return picture_error(plan, false, true, NULL, &beyond);
+}
+
+/* Whether channels of the map make none less that is seen. */
+static bool keeps_signs(const shd_light *environment) {
+    for (int k = 0; k < 3; k++)
+        for (int c = 0; c < 3; c++)
+            if (environment->of_map[k][c] < 0) return false;
+    return true;
+}
+
+double shd_quick_share(const shd_plan *plan) {
+    bool walked = false, keeps = true;
+    for (size_t m = 0; m < plan->scene->material_count; m++)
+        for (size_t t = 0; t < 1 + plan->materials[m].lobe_count; t++)
+            walked |= !shd_is_symmetric(plan->materials[m].model, t);
+    for (size_t j = 0; j < plan->light_count; j++)
+        keeps &= !plan->lights[j].environment || keeps_signs(plan->lights[j].environment);
+    if (!plan->glows || !walked) return 0;
+    return keeps && shd_adds_up(plan) ? SHD_QUICK_SHARE : -1;
 }
 
 double shd_linear_estimate(const shd_plan *plan, const double *noise) {
@@ -329,7 +356,7 @@ double shd_linear_estimate(const shd_plan *plan, const double *noise) {
     if (!l.summed && !l.simulated) return INFINITY;
     if (l.simulated && !noise) return INFINITY;
     const shd_brought beyond = shd_find_beyond(plan, rounding_of(plan), true);
-    return picture_error(plan, true, noise, &beyond);
+    return picture_error(plan, true, false, noise, &beyond);
 }
 
 const shd_strays *shd_find_strays(const shd_plan *plan, shd_arena *arena) {
@@ -339,6 +366,6 @@ const shd_strays *shd_find_strays(const shd_plan *plan, shd_arena *arena) {
     if (!out->of) return NULL;
     shd_fill_strays(plan, rounding_of(plan), out);
     const shd_brought nothing = {0, 0};
-    out->seen = picture_error(plan, false, NULL, &nothing);
+    out->seen = picture_error(plan, false, false, NULL, &nothing);
     return out;
 }

@@ -13,6 +13,16 @@ bool shd_errs_otherwise(const shd_plan *plan);
  * Infinite: not known. */
 double shd_extended_error(const shd_plan *plan);
 
+/* The same of what a plan makes of environments beside what the exact tier makes of the same
+ * points; the share of what is seen that shd_quick_share tells comes on top. For plans whose other
+ * light is that of the exact tier. */
+double shd_sums_error(const shd_plan *plan);
+
+/* By how much of itself a component of the picture may be off by walking over environments, beside
+ * what shd_sums_error counts: 0, or SHD_QUICK_SHARE. Negative: a part of what is seen may be more
+ * than the whole, as some of it is below 0, so that no share tells it. */
+double shd_quick_share(const shd_plan *plan);
+
 /* What the error should stay below where its bound is loose: four times what quadrature of models
  * beside Phong's aims at under lights with a shape, which `./dev attack` holds pictures to, and
  * four times `noise`: [material_count], the largest standard error of simulated microgeometry in pi

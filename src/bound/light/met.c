@@ -179,6 +179,10 @@ static double wrong_by(const shd_plan *plan) {
     return by;
 }
 
+bool shd_adds_up(const shd_plan *plan) {
+    return wrong_by(plan) < 2;
+}
+
 /* Where drifts are not known, rays may have met anything else. */
 shd_brought shd_find_beyond(const shd_plan *plan, double rounding, bool estimated) {
     const shd_scene *scene = plan->scene;

@@ -20,6 +20,9 @@ shd_brought shd_find_beyond(const shd_plan *plan, double rounding, bool estimate
 void shd_add_beyond(const shd_plan *plan, size_t object, shd_brought local,
                     const shd_brought *beyond, shd_brought *out);
 
+/* Whether nothing that is seen is below 0, so that parts of it are no more than the whole. */
+bool shd_adds_up(const shd_plan *plan);
+
 /* Whether rays go straight on through the object. */
 bool shd_lets_through(const shd_plan *plan, size_t object);
 

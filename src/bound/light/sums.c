@@ -122,6 +122,13 @@ void shd_add_shape(shd_lit_errors *f, const shd_plan_light *light, const shd_sta
     }
 }
 
+/* What walking for a term may be off, of which the map adds `most` at most. */
+static double walked_error(const shd_lit_errors *f, double most) {
+    const bool quick = f->plan->glows != NULL;
+    if (f->only_sums) return quick ? SHD_QUICK_FLOOR * most : 0;
+    return (quick ? SHD_QUICK_FLOOR + SHD_QUICK_SHARE : SHD_AROUND_TOLERANCE) * most;
+}
+
 /* A weight of light from everywhere is off by no more than that of light from any one direction,
  * times all that the map shines on a half sphere. Facets' has no limit where the view grazes, but
  * their whole has. */
@@ -139,7 +146,8 @@ static void add_walked(shd_lit_errors *f, const shd_plan_light *light, const shd
                                        shd_facets_turned(f->material, term - 1, &any)
                                  : w.error * shd_around_most(from, 0);
     /* Neither is below 0, nor above the most by more than the tolerance. */
-    add_product(f, p, most, SHD_AROUND_TOLERANCE * most + shd_smaller(turned, most));
+    const double summed = walked_error(f, most);
+    add_product(f, p, most, f->only_sums ? summed : summed + shd_smaller(turned, most));
 }
 
 /* Neither what is computed nor what should be is below 0, or above the most. */
@@ -158,8 +166,8 @@ void shd_add_environment(shd_lit_errors *f, const shd_plan_light *light, const s
         const shd_glow *glow = shd_find_glow(f->plan, m, light, t);
         const double summed =
             glow ? shd_around_gain(from) * glow->error : SHD_ENVIRONMENT_TOLERANCE * most;
-        const double error =
-            summed + shd_around_turned(from, exponent, shd_smaller(g->direction, 2));
+        const double turned = shd_around_turned(from, exponent, shd_smaller(g->direction, 2)),
+                     error = f->only_sums ? summed : summed + turned;
         add_product(f, p, most, shd_smaller(error, most));
     }
 }

@@ -11,6 +11,9 @@ typedef struct shd_lit_errors {
     shd_place place;
     const double *noise; /* of the material's microgeometry, for estimates; NULL: there is none */
     bool estimated;      /* the errors are those that quadrature and simulation aim at: no bound */
+    /* Only what tiers sum environments otherwise for counts: what the exact tier's and others'
+     * sums differ by at the same points, but for the share of themselves (shd_quick_share). */
+    bool only_sums;
     double most[3], error[3]; /* of each channel, added up */
 } shd_lit_errors;
 

@@ -81,7 +81,7 @@ uint64_t shd_estimate_work(const shd_scene *scene) {
         AREA = 500,
         AROUND = 200,
         SUMMED = 200000, /* an environment's term by quadrature */
-        WALKED = 40000   /* and by walking the map */
+        WALKED = 10000   /* and by walking the map */
     };
     const uint64_t pixels = pixels_of(scene);
     uint64_t samples = mul_sat(pixels, (uint64_t)scene->raster.samples), triangles = 0, layers = 0;

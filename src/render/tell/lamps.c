@@ -68,7 +68,7 @@ const char *shd_around_method(const shd_plan *plan, uint32_t j, double *off) {
             const shd_glow *glow = shd_find_glow(plan, m, light, t);
             if (!shd_is_symmetric(m->model, t)) {
                 tables = false;
-                *off = shd_larger(SHD_AROUND_TOLERANCE, *off);
+                *off = shd_larger(plan->glows ? SHD_QUICK_SHARE : SHD_AROUND_TOLERANCE, *off);
                 continue;
             }
             const double exponent = t ? m->lobes[t - 1].shininess : 1,
