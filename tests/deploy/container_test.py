@@ -70,7 +70,7 @@ def prepare():
     run = f"podman run --rm --pull never --network host {{}} {BASE} {{}}"
     update = "apt-get -q -o APT::Update::Error-Mode=any update"
     for command, failure in (
-            (f"podman image exists {BASE} || {BARE} {BARE_FILE} && podman import --quiet {BARE_FILE} {BASE}",
+            (f"podman image exists {BASE} || {{ {BARE} {BARE_FILE} && podman import --quiet {BARE_FILE} {BASE}; }}",
              "no base image can be made"),
             (run.format(" ".join(CONFINED + LIMITS), "true"), "containers do not run here"),
             (run.format("", update), "a container cannot fetch Debian's packages")):
