@@ -2,6 +2,13 @@
 #ifndef SHD_TEST_PNG_FILE_H
 #define SHD_TEST_PNG_FILE_H
 
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
 #include "image/image.h"
 
 /* A PNG with these samples of 8 bits, [height][width][4], straight. Its data is for free(). */
