@@ -286,13 +286,17 @@ static void say_samples(json_t *words, const shd_plan *plan) {
     else if (shd_plan_is_thin(plan))
         say_line(words,
                  "Samples: one at the center of a pixel where a sphere or a plane fills 8 x 8 of "
-                 "them and bends light by no more than %.2g + %.2g of a value, all %d elsewhere.",
-                 plan->mean_room.absolute, plan->mean_room.relative, samples);
+                 "them and bends light by no more than %.2g + %.2g of a value, %sall %d elsewhere.",
+                 plan->mean_room.absolute, plan->mean_room.relative,
+                 shd_plan_rules(plan, plan->tier) && !plan->bunches
+                     ? "fewer weighed ones where their mean is the same to f32's digits, "
+                     : "",
+                 samples);
     else if (shd_plan_rules(plan, plan->tier) && !plan->bunches)
         say_line(words,
                  "Samples: all %d of every pixel, but 7 weighed ones, 4, or pixels' centers alone "
-                 "where a "
-                 "sphere or a plane fills 4 x 4 pixels and their mean is the same to f32's digits.",
+                 "where a sphere or a plane fills 4 x 4 pixels and their mean is the same to f32's "
+                 "digits.",
                  samples);
     else
         say_line(words, "Samples: all %d of every pixel.", samples);

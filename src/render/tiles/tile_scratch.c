@@ -79,9 +79,7 @@ shd_tile_scratch *shd_tile_scratch_lay_out(const shd_plan *plan, shd_scratch *me
     for (size_t i = 0; i < SHD_TILE_PIXELS; i++) s->fragment_of[i] = SHD_NO_FRAGMENT;
     shd_survey_lay_out(plan->scene->object_count, SHD_TILE, SHD_TILE, memory, &s->survey);
     s->pixels = shd_scratch_take(memory, SHD_TILE_PIXELS, sizeof *s->pixels);
-    /* What `draft` cannot take one sample of, rules hardly fit. */
-    if (!plan->bunches && !shd_plan_is_draft(plan))
-        s->rule_count = shd_plan_rules(plan, plan->tier);
+    if (!plan->bunches) s->rule_count = shd_plan_rules(plan, plan->tier);
     lay_out_chunk(plan, memory, s);
     if (samples > 1)
         lay_out_fragments(plan, samples, memory, s);
