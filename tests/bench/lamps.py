@@ -11,7 +11,6 @@ import random
 import re
 import resource
 import statistics
-import subprocess
 import sys
 from pathlib import Path
 
@@ -82,7 +81,8 @@ def grow():
     first = seconds[NUMBERS[0]] - seconds[0]
     for number in NUMBERS:
         lit = seconds[number] - seconds[0]
-        yield f"| {number:,} | {seconds[number] * 1e3:,.0f} | {lit * 1e3:,.0f} | {lit / first:.1f} |"
+        yield (f"| {number:,} | {seconds[number] * 1e3:,.0f} | {lit * 1e3:,.0f} | "
+               f"{lit / first:.1f} |")
 
 
 def main():
@@ -100,9 +100,9 @@ def main():
         lines.append(f"| {name} | {number:,} | {few:,.0f} | {whole:,.0f} | {whole / few:.2f} |")
         print(lines[-1], flush=True)
     lines += [
-        "", "How that grows with the number of lamps above the plane and 200 spheres: milliseconds of",
-        "one processor in user space, of the whole command and of what it takes more than without",
-        "lamps, as medians of one run. The more lamps there are, the fainter is each.", "",
+        "", "How that grows with the number of lamps above the plane and 200 spheres: milliseconds",
+        "of one processor in user space, of the whole command and of what it takes more than",
+        "without lamps, as medians of one run. The more lamps there are, the fainter is each.", "",
         "| lamps | with a budget | by lamps | times |", "| --- | --- | --- | --- |"]
     for row in grow():
         lines.append(row)
