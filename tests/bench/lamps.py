@@ -42,7 +42,7 @@ ROWS = (
     ("a plane and 200 spheres, lamps above them", 100, growth.lamps),
 )
 NUMBERS = (100, 1000, 10000)
-ROUNDS = 5
+ROUNDS = 3
 
 
 def rendering(document, name):
