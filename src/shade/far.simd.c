@@ -49,10 +49,13 @@ static void load_rows(const shd_bunches *from, const uint32_t *which, size_t som
                                          r->color[0], r->color[1], r->color[2]};
     uint32_t at[LANES];
     for (size_t i = 0; i < LANES; i++) at[i] = which[i < some ? i : some - 1];
+    const bool together = some == LANES && at[LANES - 1] - at[0] == LANES - 1; /* they ascend */
     for (int k = 0; k < SHD_BUNCH_ROWS; k++) {
         /* All lights of a tree have the same a, b, c and least distance. */
         if (from->roots == 1 && ((k > 2 && k < 6) || k == 7))
             EACH out[k][i] = from->rows[k][0];
+        else if (together)
+            memcpy(out[k], from->rows[k] + at[0], sizeof(lanes));
         else
             EACH out[k][i] = from->rows[k][at[i]];
     }
