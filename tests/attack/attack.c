@@ -18,6 +18,8 @@
 #include <unistd.h>
 
 #include "attack/model.h"
+#include "attack/pictures.h"
+#include "attack/same.h"
 #include "attack/scenes.h"
 #include "attack/tally.h"
 #include "bound/light/extended.h"
@@ -45,7 +47,8 @@ typedef struct attack {
 typedef struct worker {
     attack *attack;
     shd_engine *engine;
-    counts counts; /* of the scene at hand */
+    same_maker *same; /* NULL until it is asked for */
+    counts counts;    /* of the scene at hand */
     const family *family;
     uint64_t seed;
     const char *json; /* the document at hand */
@@ -278,6 +281,20 @@ static void check_budget(worker *w, const picture *exact, int metric, uint64_t *
     check_tier(w, exact, accuracy, &budget, metric);
 }
 
+static void tell_of_same(void *context, const char *line, const char *json) {
+    worker *w = context;
+    w->json = json;
+    found(w, "%s", line);
+}
+
+/* False: the attack cannot go on. */
+static bool check_same(worker *w) {
+    if (!w->same) w->same = same_new();
+    if (!w->same) return false;
+    w->counts.pictures += same_check(w->same, w->family, w->seed, tell_of_same, w);
+    return true;
+}
+
 static void check_scene(worker *w) {
     uint64_t random = w->seed * 977 + 5;
     char *json = write_scene(w->family, w->seed, EXACTLY);
@@ -294,6 +311,11 @@ static void check_scene(worker *w) {
     }
     drop_picture(&exact);
     free(json);
+    w->json = NULL;
+    if (w->family->beyond & BEYOND_DRESSED && !check_same(w)) {
+        fprintf(stderr, "attack: engines that keep pictures cannot be made\n");
+        exit(2);
+    }
     w->json = NULL;
 }
 
@@ -347,7 +369,8 @@ static bool run_attack(attack *a) {
         options.threads = 1;
         options.reuse = 0;
         workers[count] = (worker){.attack = a};
-        if (shd_engine_new(&options, &workers[count].engine, &error)) {
+        if (shd_engine_new(&options, &workers[count].engine, &error) ||
+            !pictures_put(workers[count].engine, &error)) {
             fprintf(stderr, "attack: %s\n", error.text);
             return false;
         }
@@ -355,6 +378,7 @@ static bool run_attack(attack *a) {
     }
     for (int i = 0; i < count; i++) {
         pthread_join(threads[i], NULL);
+        same_drop(workers[i].same);
         shd_engine_drop(workers[i].engine);
     }
     return true;
@@ -383,7 +407,7 @@ static void take_option(attack *a, const char *name, const char *value) {
         a->folder = value;
     } else if (!strcmp(name, "--page")) {
         a->page = value;
-    } else if (!strcmp(name, "--family") && a->tally.chosen_count < 64) {
+    } else if (!strcmp(name, "--family") && a->tally.chosen_count < MOST_CHOSEN) {
         a->tally.chosen[a->tally.chosen_count++] = find_family(value, strlen(value));
     } else if (!strcmp(name, "--seed") && strchr(value, ':')) {
         a->tally.chosen[0] = find_family(value, (size_t)(strchr(value, ':') - value));

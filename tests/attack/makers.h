@@ -16,6 +16,9 @@ maker write_plain, write_many, write_coarse, write_sharp, write_needles, write_s
 maker write_rims, write_slivers, write_lamps, write_thousands, write_inplane, write_near,
     write_sunset, write_flatly, write_shaped, write_shown;
 
+/* scenes_dressed.c */
+maker write_dressed;
+
 /* scenes_shadows.c */
 maker write_standing, write_folds, write_touched, write_level, write_straight, write_hidden;
 

@@ -2,6 +2,7 @@
 
 #include <stdlib.h>
 
+#include "attack/knobs.h"
 #include "attack/makers.h"
 #include "attack/write.h"
 
@@ -95,6 +96,29 @@ const family families[] = {
      BEYOND_SHADOWS | BEYOND_SHAPES},
     {"panes", "shadows between panes and mirrors", write_hidden, true, false,
      BEYOND_SHADOWS | BEYOND_MIRRORS | BEYOND_OPACITY},
+    {"overcast", "environments, Phong's model", write_dressed, false, false, BEYOND_SKY},
+    {"indoors", "environments, other models", write_dressed, false, false,
+     BEYOND_SKY | BEYOND_MODELS},
+    {"tiled", "patterns of any size, to the horizon", write_dressed, false, false, BEYOND_PRINTS},
+    {"papered", "pictures and patterns, other models", write_dressed, false, false,
+     BEYOND_PRINTS | BEYOND_PICTURES | BEYOND_MODELS},
+    {"embossed", "maps of normals, other models", write_dressed, false, false,
+     BEYOND_BUMPS | BEYOND_PRINTS | BEYOND_MODELS},
+    {"stenciled", "patterns and pictures on what is flat and gouraud", write_dressed, false, false,
+     BEYOND_FACETS | BEYOND_PRINTS | BEYOND_PICTURES},
+    {"prismatic", "spectra, patterns, pictures and environments", write_dressed, false, false,
+     BEYOND_SPECTRUM | BEYOND_PRINTS | BEYOND_PICTURES | BEYOND_SKY},
+    {"stained", "spectra, patterns, pictures and other models between mirrors", write_dressed,
+     false, false,
+     BEYOND_SPECTRUM | BEYOND_PRINTS | BEYOND_PICTURES | BEYOND_MODELS | BEYOND_MIRRORS},
+    {"pierced", "shadows, cut-outs, mirrors and glass with patterns and pictures", write_dressed,
+     false, false,
+     BEYOND_SHADOWS | BEYOND_OPACITY | BEYOND_MIRRORS | BEYOND_GLASS | BEYOND_PRINTS |
+         BEYOND_PICTURES},
+    {"furnished", "maps of normals, pictures and environments between mirrors", write_dressed,
+     false, false, BEYOND_SKY | BEYOND_BUMPS | BEYOND_PICTURES | BEYOND_MIRRORS | BEYOND_SHADOWS},
+    {"trimmed", "flat and gouraud, patterns, environments and spectra", write_dressed, false, false,
+     BEYOND_FACETS | BEYOND_PRINTS | BEYOND_SKY | BEYOND_SPECTRUM},
 };
 const int family_count = sizeof families / sizeof families[0];
 
@@ -106,6 +130,7 @@ char *write_scene(const family *f, uint64_t seed, const char *accuracy) {
     uint64_t random = seed * 0x9e3779b97f4a7c15u + 1;
     for (const char *c = f->name; *c; c++) random = random * 31 + (unsigned char)*c;
     set_beyond(f->beyond, &random);
+    knobs_begin();
     f->write(out, &random, accuracy);
     fclose(out);
     return text;

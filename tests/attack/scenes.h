@@ -23,7 +23,13 @@ enum {
     BEYOND_MIRRORS = 16,
     BEYOND_GLASS = 32,
     BEYOND_SHADOWS = 64,
-    BEYOND_TEXTURES = 128 /* patterns that are one of their colors all over a surface */
+    BEYOND_TEXTURES = 128, /* patterns that are one of their colors all over a surface */
+    BEYOND_SKY = 256,      /* from here on only write_dressed() knows them: environments, */
+    BEYOND_PRINTS = 512,   /* patterns of any size, */
+    BEYOND_PICTURES = 1024,
+    BEYOND_BUMPS = 2048,  /* maps of normals, */
+    BEYOND_FACETS = 4096, /* flat and gouraud */
+    BEYOND_DRESSED = BEYOND_SKY | BEYOND_PRINTS | BEYOND_PICTURES | BEYOND_BUMPS | BEYOND_FACETS
 };
 
 extern const family families[];

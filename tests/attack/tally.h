@@ -17,11 +17,13 @@ typedef struct counts {
     uint64_t loose[LOOSE][EIGHTHS];
 } counts;
 
+enum { MOST_CHOSEN = 128 };
+
 /* Of the families that were chosen. */
 typedef struct tally {
-    const family *chosen[64];
+    const family *chosen[MOST_CHOSEN];
     int chosen_count;
-    counts counts[64]; /* [chosen] */
+    counts counts[MOST_CHOSEN]; /* [chosen] */
 } tally;
 
 void tally_add(counts *to, const counts *by);

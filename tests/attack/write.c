@@ -15,6 +15,10 @@ void set_beyond(unsigned beyond, uint64_t *random) {
     grey_stuff = beyond && one_of(random, 2);
 }
 
+bool goes_beyond(unsigned bits) {
+    return style & bits;
+}
+
 void put_beyond(FILE *out, uint64_t *random) {
     if (style & BEYOND_SPECTRUM)
         fprintf(out, ", \"spectral\": {\"channels\": %d}", 16 + one_of(random, 64));

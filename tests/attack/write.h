@@ -2,6 +2,8 @@
 #ifndef SHD_ATTACK_WRITE_H
 #define SHD_ATTACK_WRITE_H
 
+#include <stdbool.h>
+
 #include "attack/scenes.h"
 
 typedef struct xyz {
@@ -12,6 +14,8 @@ typedef struct xyz {
  * `family.beyond`, until it is set anew. In spectral ones either all that reflects is grey, or all
  * that shines, so that light is the product of both whatever its spectrum. */
 void set_beyond(unsigned beyond, uint64_t *random);
+
+bool goes_beyond(unsigned bits); /* by any of them */
 
 /* The members of the whole document that this takes, with a comma before each. */
 void put_beyond(FILE *out, uint64_t *random);

@@ -1,0 +1,15 @@
+/* What dressed scenes have on their surfaces. */
+#ifndef SHD_ATTACK_COATS_H
+#define SHD_ATTACK_COATS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+/* `"material": {...}`, and whether it is on something that is lit once a face or a corner. */
+void put_coat(FILE *out, uint64_t *random, bool facets);
+
+/* A light of type environment. `seen`: it may be visible, of which a scene has one. */
+void put_sky(FILE *out, uint64_t *random, bool may_be_seen);
+
+#endif
