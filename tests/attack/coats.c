@@ -25,7 +25,7 @@ static void put_uv(FILE *out, uint64_t *random, const char *wrap) {
 
 static const char *any_wrap(uint64_t *random) {
     static const char *const wraps[] = {"clamp", "repeat", "mirror"};
-    return wraps[one_of(random, 3)];
+    return wraps[knob_of(random, 3)];
 }
 
 static void put_knobbed(FILE *out, uint64_t *random, double most, bool grey) {
@@ -42,14 +42,14 @@ static void put_knobbed(FILE *out, uint64_t *random, double most, bool grey) {
 
 static void put_print(FILE *out, uint64_t *random, double most, bool grey) {
     static const char *const patterns[] = {"checker", "grid", "gradient", "noise"};
-    const int pattern = one_of(random, 4);
+    const int pattern = knob_of(random, 4);
     fprintf(out, "{\"pattern\": \"%s\", \"colors\": [", patterns[pattern]);
     put_knobbed(out, random, most, grey);
     fputs(", ", out);
     put_knobbed(out, random, most, grey);
     fputs("]", out);
     if (pattern == 1) fprintf(out, ", \"width\": %.17g", knob_decades(random, 1e-4, 0.999));
-    if (pattern == 3) fprintf(out, ", \"octaves\": %d", 1 + one_of(random, 8));
+    if (pattern == 3) fprintf(out, ", \"octaves\": %d", 1 + knob_of(random, 8));
     put_uv(out, random, pattern == 2 ? any_wrap(random) : NULL);
     fputs("}", out);
 }
@@ -63,8 +63,8 @@ static void put_image(FILE *out, uint64_t *random, double most, bool plain) {
         put_knobbed(out, random, most, false);
     }
     if (plain || one_of(random, 4) == 0)
-        fprintf(out, ", \"channel\": \"%s\"", channels[one_of(random, 4)]);
-    if (!plain && one_of(random, 6) == 0) fputs(", \"space\": \"lin_rec709\"", out);
+        fprintf(out, ", \"channel\": \"%s\"", channels[knob_of(random, 4)]);
+    if (!plain && knob_of(random, 6) == 0) fputs(", \"space\": \"lin_rec709\"", out);
     put_uv(out, random, any_wrap(random));
     fputs("}", out);
 }
@@ -72,7 +72,7 @@ static void put_image(FILE *out, uint64_t *random, double most, bool plain) {
 static void put_coefficient(FILE *out, const char *name, uint64_t *random, double most) {
     const bool print = goes_beyond(BEYOND_PRINTS), image = goes_beyond(BEYOND_PICTURES);
     fprintf(out, "\"%s\": ", name);
-    const int kind = one_of(random, 4);
+    const int kind = knob_of(random, 4);
     if (print && (kind == 0 || (kind == 1 && !image)))
         put_print(out, random, most, false);
     else if (image && kind < 2)
@@ -119,7 +119,7 @@ static void put_fresnel(FILE *out, uint64_t *random) {
 }
 
 static void put_shine(FILE *out, uint64_t *random, int model) {
-    const int lobes = one_of(random, 3) == 0 ? 1 + one_of(random, 2) : 0;
+    const int lobes = knob_of(random, 3) == 0 ? 1 + one_of(random, 2) : 0;
     if (model == 3) fprintf(out, ", \"sigma\": %.17g", knob(random, 0, 90));
     if (model == 4) {
         fputs(", ", out);
@@ -174,7 +174,7 @@ static void put_passage(FILE *out, uint64_t *random) {
 void put_coat(FILE *out, uint64_t *random, bool facets) {
     static const char *const models[] = {"phong", "blinn-phong", "phong-normalized", "oren-nayar",
                                          "cook-torrance"};
-    const int model = goes_beyond(BEYOND_MODELS) ? one_of(random, 5) : 0;
+    const int model = goes_beyond(BEYOND_MODELS) ? knob_of(random, 5) : 0;
     fprintf(out, "\"material\": {\"model\": \"%s\", ", models[model]);
     put_coefficient(out, "diffuse", random, 0.9);
     put_shine(out, random, model);
@@ -186,9 +186,9 @@ void put_coat(FILE *out, uint64_t *random, bool facets) {
         fputs(", ", out);
         put_coefficient(out, "ambient", random, 0.5);
     }
-    if (goes_beyond(BEYOND_BUMPS) && !facets && one_of(random, 4)) put_bumps(out, random);
-    if (model != 3 && one_of(random, 8) == 0) fputs(", \"specularAntialiasing\": true", out);
-    if (one_of(random, 8) == 0) fputs(", \"side\": \"front\"", out);
+    if (goes_beyond(BEYOND_BUMPS) && !facets && knob_of(random, 4)) put_bumps(out, random);
+    if (model != 3 && knob_of(random, 8) == 0) fputs(", \"specularAntialiasing\": true", out);
+    if (knob_of(random, 8) == 0) fputs(", \"side\": \"front\"", out);
     put_passage(out, random);
     fputs("}", out);
 }
@@ -196,7 +196,7 @@ void put_coat(FILE *out, uint64_t *random, bool facets) {
 /* ---- Light from all around. ---- */
 
 void put_sky(FILE *out, uint64_t *random, bool may_be_seen) {
-    const int kind = one_of(random, 5);
+    const int kind = knob_of(random, 5);
     const char *map = kind < 2 ? "sky" : kind < 4 ? "studio" : picture_name(FOR_SKIES, random);
     const double strength = one_of(random, 6)   ? knob(random, 0, 0.5)
                             : one_of(random, 4) ? decades(random, 1e-9, 1e6)
@@ -205,5 +205,5 @@ void put_sky(FILE *out, uint64_t *random, bool may_be_seen) {
             "{\"type\": \"environment\", \"map\": \"%s\", \"rotate\": %.17g, \"intensity\": "
             "%.17g%s}",
             map, one_of(random, 4) ? knob(random, -720, 720) : 1.40625 * one_of(random, 256),
-            strength, may_be_seen && one_of(random, 2) ? ", \"visible\": true" : "");
+            strength, may_be_seen && knob_of(random, 2) ? ", \"visible\": true" : "");
 }

@@ -29,3 +29,7 @@ double knob(uint64_t *random, double low, double high) {
 double knob_decades(uint64_t *random, double low, double high) {
     return pow(10, knob(random, log10(low), log10(high)));
 }
+
+int knob_of(uint64_t *random, int choices) {
+    return (int)knob(random, 0, choices);
+}

@@ -14,4 +14,7 @@ int knobs_count(void);  /* of the document so far */
 double knob(uint64_t *random, double low, double high);
 double knob_decades(uint64_t *random, double low, double high);
 
+/* As one_of(): a switch. What is drawn after it may be anything else then, too. */
+int knob_of(uint64_t *random, int choices);
+
 #endif

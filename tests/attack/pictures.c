@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "attack/knobs.h"
 #include "attack/scenes.h"
 #include "image/image.h"
 
@@ -97,7 +98,7 @@ const char *picture_name(picture_use use, uint64_t *random) {
     int of[COUNT], count = 0;
     for (int k = 0; k < COUNT; k++)
         if (plans[k].use == use) of[count++] = k;
-    return made[of[one_of(random, count)]].name;
+    return made[of[knob_of(random, count)]].name;
 }
 
 bool pictures_put(shd_engine *engine, shd_error *error) {
