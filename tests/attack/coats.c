@@ -11,12 +11,12 @@
 
 /* Mostly of a few tiles, and now and then beyond all that anybody would want. */
 static void put_uv(FILE *out, uint64_t *random, const char *wrap) {
-    const bool wild = one_of(random, 4) == 0;
-    const double s = wild ? knob_decades(random, 1e-9, 1e9) : knob_decades(random, 0.3, 30),
+    const bool level = goes_beyond(BEYOND_LEVEL), wild = !level && one_of(random, 4) == 0;
+    const double s = wild ? knob_decades(random, 1e-9, 4e8) : knob_decades(random, 0.3, 30),
                  t = one_of(random, 2) ? s : s * between(random, -2, 2);
     fprintf(out, ", \"uv\": {\"scale\": [%.17g, %.17g], \"rotate\": %.17g, \"offset\": ", s, t,
             one_of(random, 3) ? knob(random, -400, 400) : 90.0 * one_of(random, 5));
-    const double far = one_of(random, 6) ? 2 : decades(random, 1, 1e9);
+    const double far = level || one_of(random, 6) ? 2 : decades(random, 1, 1e9);
     fprintf(out, "[%.17g, %.17g]", knob(random, -far, far),
             one_of(random, 3) ? between(random, -far, far) : 0.5 * one_of(random, 3));
     if (wrap) fprintf(out, ", \"wrap\": \"%s\"", wrap);
@@ -102,7 +102,7 @@ static double any_roughness(uint64_t *random) {
 
 static void put_fresnel(FILE *out, uint64_t *random) {
     static const char *const metals[] = {"gold", "copper", "silver", "aluminium"};
-    switch (one_of(random, 4)) {
+    switch (goes_beyond(BEYOND_LEVEL) ? 1 + one_of(random, 2) : one_of(random, 4)) {
     case 0:
         fprintf(out, "\"fresnel\": {\"n\": \"%s\", \"k\": \"%s\"}", metals[one_of(random, 2)],
                 metals[one_of(random, 2)]);
@@ -187,7 +187,8 @@ void put_coat(FILE *out, uint64_t *random, bool facets) {
         put_coefficient(out, "ambient", random, 0.5);
     }
     if (goes_beyond(BEYOND_BUMPS) && !facets && knob_of(random, 4)) put_bumps(out, random);
-    if (model != 3 && knob_of(random, 8) == 0) fputs(", \"specularAntialiasing\": true", out);
+    if (!goes_beyond(BEYOND_LEVEL) && model != 3 && knob_of(random, 8) == 0)
+        fputs(", \"specularAntialiasing\": true", out);
     if (knob_of(random, 8) == 0) fputs(", \"side\": \"front\"", out);
     put_passage(out, random);
     fputs("}", out);

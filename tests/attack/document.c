@@ -25,7 +25,9 @@ static point vector(const json_t *object, const char *name, point without) {
     const json_t *value = json_object_get(object, name),
                  *samples = json_object_get(value, "values");
     const json_t *colors = json_object_get(value, "colors");
-    if (colors) { /* of a checker within one of its checks, which the offset tells */
+    if (colors && is(value, "pattern", "checker") &&
+        json_is_number(json_object_get(json_object_get(value, "uv"), "scale"))) {
+        /* Of a checker within one of its checks, which the offset tells. */
         const json_t *uv = json_object_get(value, "uv");
         const json_t *seen = json_array_get(colors, item(json_object_get(uv, "offset"), 0) > 1);
         return (point){item(seen, 0), item(seen, 1), item(seen, 2)};
@@ -136,6 +138,42 @@ static void read_reflection(const json_t *from, stuff *out) {
     out->ior = number(from, "ior", 1.5);
 }
 
+/* Where scales are two numbers, a pattern is what pixels see of it. */
+static void read_print(const json_t *from, const char *name, stuff *s, int index) {
+    static const char *const kinds[] = {"", "checker", "grid", "gradient", "noise"},
+                             *const wraps[] = {"clamp", "repeat", "mirror"};
+    const json_t *value = json_object_get(from, name), *uv = json_object_get(value, "uv"),
+                 *scale = json_object_get(uv, "scale"), *offset = json_object_get(uv, "offset"),
+                 *colors = json_object_get(value, "colors");
+    if (!json_is_array(scale)) return;
+    print *p = &s->prints[index];
+    for (int k = CHECKER_PRINT; k <= NOISE_PRINT; k++)
+        if (is(value, "pattern", kinds[k])) p->kind = (print_kind)k;
+    for (int k = 0; k < 3; k++)
+        if (is(uv, "wrap", wraps[k])) p->wrap = (print_wrap)k;
+    p->width = number(value, "width", 0.1);
+    const real turn = degrees(number(uv, "rotate", 0)), a = COSINE(turn), b = SINE(turn);
+    p->map[0][0] = a * item(scale, 0), p->map[0][1] = -b * item(scale, 1);
+    p->map[1][0] = b * item(scale, 0), p->map[1][1] = a * item(scale, 1);
+    for (size_t k = 0; k < 2; k++) {
+        p->map[k][2] = item(offset, k);
+        for (size_t c = 0; c < 3; c++) p->colors[k][c] = item(json_array_get(colors, k), c);
+    }
+    s->printed = true;
+}
+
+static void read_prints(const json_t *from, const real ambient[3], stuff *out) {
+    const json_t *lobes = json_object_get(from, "lobes");
+    read_print(from, "emissive", out, EMISSIVE_PRINT);
+    read_print(from, json_object_get(from, "ambient") ? "ambient" : "diffuse", out, AMBIENT_PRINT);
+    read_print(from, "diffuse", out, DIFFUSE_PRINT);
+    const size_t given = out->kind == COOK_TORRANCE ? 0 : 1;
+    for (size_t k = given; k < out->lobe_count && k < MOST_LOBES; k++)
+        read_print(json_array_get(lobes, k - given), "specular", out, (int)(LOBE_PRINTS + k));
+    if (given) read_print(from, "specular", out, LOBE_PRINTS);
+    for (int c = 0; c < 3; c++) out->filled[c] = ambient[c];
+}
+
 static void read_stuff(const json_t *from, const real ambient[3], stuff *out) {
     const json_t *lobes = json_object_get(from, "lobes");
     real emissive[3], share[3];
@@ -153,6 +191,9 @@ static void read_stuff(const json_t *from, const real ambient[3], stuff *out) {
         out->lobes[k].shininess = number(l, given ? "shininess" : "roughness", 32);
     }
     out->front_only = is(from, "side", "front");
+    memcpy(out->emissive, emissive, sizeof emissive);
+    memcpy(out->ambient, share, sizeof share);
+    read_prints(from, ambient, out);
 }
 
 /* m = turn m, about an axis. */
@@ -198,7 +239,7 @@ static void read_transform(const json_t *transform, thing *t) {
 static bool read_mesh(const json_t *from, thing *t) {
     const json_t *positions = json_object_get(from, "positions"),
                  *normals = json_object_get(from, "normals"),
-                 *indices = json_object_get(from, "indices");
+                 *indices = json_object_get(from, "indices"), *uvs = json_object_get(from, "uvs");
     const size_t count = json_array_size(indices);
     t->triangles = count / 3;
     t->corners = calloc(count + 1, sizeof *t->corners);
@@ -206,7 +247,8 @@ static bool read_mesh(const json_t *from, thing *t) {
     if (json_is_array(normals)) t->normals = calloc(count + 1, sizeof *t->normals);
     t->vertices = calloc(count + 1, sizeof *t->vertices);
     t->polygons = calloc(count + 1, sizeof *t->polygons);
-    if (!t->corners || !t->placed || !t->vertices || !t->polygons ||
+    if (uvs) t->uvs = calloc(count + 1, sizeof *t->uvs);
+    if ((uvs && !t->uvs) || !t->corners || !t->placed || !t->vertices || !t->polygons ||
         (json_is_array(normals) && !t->normals))
         return false;
     for (size_t i = 0; i < count; i++) {
@@ -217,6 +259,7 @@ static bool read_mesh(const json_t *from, thing *t) {
         t->corners[i] = p;
         t->placed[i] = place(t, p);
         t->reach = larger(t->reach, length(sub(t->placed[i], t->origin)));
+        for (size_t k = 0; uvs && k < 2; k++) t->uvs[i][k] = item(uvs, v / 3 * 2 + k);
         if (t->normals)
             t->normals[i] =
                 unit((point){item(normals, v), item(normals, v + 1), item(normals, v + 2)});
@@ -306,6 +349,7 @@ void document_drop(document *d) {
         free(d->things[i].normals);
         free(d->things[i].vertices);
         free(d->things[i].polygons);
+        free(d->things[i].uvs);
     }
     free(d->things);
     free(d->lamps);

@@ -44,6 +44,27 @@ typedef struct lobe {
 
 enum { MOST_LOBES = 4 };
 
+typedef enum print_kind { NO_PRINT, CHECKER_PRINT, GRID_PRINT, RAMP_PRINT, NOISE_PRINT } print_kind;
+typedef enum print_wrap { WRAP_CLAMP, WRAP_REPEAT, WRAP_MIRROR } print_wrap;
+
+/* A coefficient that is a pattern. */
+typedef struct print {
+    print_kind kind;
+    print_wrap wrap;
+    real map[2][3]; /* (s, t) of (u, v, 1) */
+    real width;
+    real colors[2][3];
+} print;
+
+/* The places of coefficients. */
+enum {
+    EMISSIVE_PRINT,
+    AMBIENT_PRINT,
+    DIFFUSE_PRINT,
+    LOBE_PRINTS,
+    PRINTS = LOBE_PRINTS + MOST_LOBES
+};
+
 typedef struct stuff {
     real constant[3], diffuse[3]; /* ke + ka Ia */
     lobe lobes[MOST_LOBES];
@@ -55,6 +76,9 @@ typedef struct stuff {
     real sigma;                   /* radians */
     real index[3], absorption[3]; /* refractive; an index of infinity mirrors all */
     real opacity[3], reflection[3], transmission[3], ior;
+    bool printed; /* some of these are no colors, unless their `kind` is NO_PRINT */
+    print prints[PRINTS];
+    real emissive[3], ambient[3], filled[3]; /* ke, ka and Ia */
 } stuff;
 
 typedef enum way { PHONG, GOURAUD, FLAT } way;
@@ -72,6 +96,7 @@ typedef struct thing {
      * polygon of each. */
     point *corners, *placed, *normals;
     size_t *vertices, *polygons;
+    real (*uvs)[2]; /* of each corner, or NULL */
     size_t triangles;
 } thing;
 

@@ -120,9 +120,8 @@ static void add_lamp(const document *d, const lamp *l, const stuff *m, const spo
     }
 }
 
-shade light_place(const document *d, const thing *t, point at, point face, point normal, point ray,
-                  bool flat, size_t triangle, uint64_t *key) {
-    const stuff *m = &t->stuff;
+shade light_place(const document *d, const thing *t, const stuff *m, point at, point face,
+                  point normal, point ray, bool flat, size_t triangle, uint64_t *key) {
     spot s = {at,
               unit(normal),
               times(ray, -1),

@@ -24,10 +24,11 @@ static inline point face_of(const thing *t, size_t triangle) {
     return times(cross(sub(p[1], p[0]), sub(p[2], p[0])), t->mirrored ? -1 : 1);
 }
 
-/* `face`: the geometric normal, which decides on the side; it and `normal` outward, not unit.
- * `ray`: unit, along which it is seen. `triangle`: of a mesh, on which rays to lights start. */
-shade light_place(const document *d, const thing *t, point at, point face, point normal, point ray,
-                  bool flat, size_t triangle, uint64_t *key);
+/* `m`: the thing's stuff, or what is seen of it there. `face`: the geometric normal, which decides
+ * on the side; it and `normal` outward, not unit. `ray`: unit, along which it is seen. `triangle`:
+ * of a mesh, on which rays to lights start. */
+shade light_place(const document *d, const thing *t, const stuff *m, point at, point face,
+                  point normal, point ray, bool flat, size_t triangle, uint64_t *key);
 
 /* Lights with a shape are left out while this thread only asks which cases a sample has: their
  * integrals take a thousand times as long. */

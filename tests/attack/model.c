@@ -3,6 +3,7 @@
 #include <stdlib.h>
 
 #include "attack/light.h"
+#include "attack/prints.h"
 
 #ifdef ATTACK_QUAD
 #define MODEL_PROGRAM model_quad
@@ -96,8 +97,37 @@ static point normal_of(const thing *t, const meeting *m) {
     return apply(t->cofactor, normal);
 }
 
-static shade shade_of(const model *whole, const meeting *m, point ray, uint64_t *key) {
+/* The pixel that the thread looks through, whose straight rays see means of patterns. */
+static _Thread_local gaze through;
+
+static shade light_meeting(const model *whole, const meeting *m, const stuff *s, point ray,
+                           uint64_t *key) {
     const thing *t = &whole->d.things[m->thing];
+    return light_place(&whole->d, t, s, m->c.at, m->c.normal, normal_of(t, m), ray, m->c.flat,
+                       (size_t)m->c.part, key);
+}
+
+/* Light is a sum of coefficients times what is not negative, where no light is. */
+static shade light_printed(const model *whole, const meeting *m, point ray, uint64_t *key) {
+    const thing *t = &whole->d.things[m->thing];
+    const point outward = unit(m->c.normal);
+    /* Normals are carried by the cofactor matrix, which back is the map to the world, turned over.
+     */
+    const real(*w)[3] = t->to_world;
+    const point own = {w[0][0] * outward.x + w[1][0] * outward.y + w[2][0] * outward.z,
+                       w[0][1] * outward.x + w[1][1] * outward.y + w[2][1] * outward.z,
+                       w[0][2] * outward.x + w[1][2] * outward.y + w[2][2] * outward.z};
+    const printed_place place = {m->c.at, own, (size_t)m->c.part};
+    stuff low, high;
+    if (!printed_stuff(t, &through, &place, &low, &high))
+        return light_meeting(whole, m, &t->stuff, ray, key);
+    shade out = light_meeting(whole, m, &low, ray, key);
+    const shade most = light_meeting(whole, m, &high, ray, key);
+    for (int c = 0; c < 3; c++) out.high[c] = most.high[c];
+    return out;
+}
+
+static shade shade_of(const model *whole, const meeting *m, point ray, uint64_t *key) {
     const real weight[3] = {1 - m->u - m->v, m->u, m->v};
     note(key, m->thing + 1);
     note(key, (uint64_t)m->c.part + 1);
@@ -106,8 +136,7 @@ static shade shade_of(const model *whole, const meeting *m, point ray, uint64_t 
         blend(whole->facets[m->thing] + 3 * (size_t)m->c.part, weight, &out);
         return out;
     }
-    return light_place(&whole->d, t, m->c.at, m->c.normal, normal_of(t, m), ray, m->c.flat,
-                       (size_t)m->c.part, key);
+    return light_printed(whole, m, ray, key);
 }
 
 /* ---- Rays that go on. ---- */
@@ -263,7 +292,17 @@ static bool look_beside(const model *whole, real x, real y, const candidate *at,
     return differs;
 }
 
+static gaze gaze_at(const document *d, int px, int py) {
+    const real u = (2 * (px + (real)0.5) / d->width - 1) * d->half * d->width / d->height,
+               v = (1 - 2 * (py + (real)0.5) / d->height) * d->half, step = 2 * d->half / d->height;
+    const point across = add(times(d->right, u), times(d->up, v)), ahead = times(d->back, -1);
+    return (gaze){d->orthographic ? add(d->eye, across) : d->eye,
+                  d->orthographic ? ahead : add(across, ahead), times(d->right, step),
+                  times(d->up, -step), d->orthographic};
+}
+
 static void evaluate(const model *whole, int px, int py, model_pixel *out) {
+    through = gaze_at(&whole->d, px, py);
     real low[4] = {0, 0, 0, 0}, high[4] = {0, 0, 0, 0};
     const int samples = whole->d.samples;
     out->undecided = 0;
@@ -343,8 +382,8 @@ static void light_polygon(const model *whole, const thing *t, size_t first, size
         face = add(face, n);
     }
     middle = times(middle, 1 / area);
-    out[0] =
-        light_place(&whole->d, t, middle, face, face, ray_to(whole, middle), true, first, &key);
+    out[0] = light_place(&whole->d, t, &t->stuff, middle, face, face, ray_to(whole, middle), true,
+                         first, &key);
     for (size_t c = 1; c < 3 * count; c++) out[c] = out[0];
 }
 
@@ -360,8 +399,8 @@ static shade *light_corners(const model *whole, const thing *t) {
     for (size_t c = 0; out && t->way == GOURAUD && c < 3 * t->triangles; c++) {
         const point p = t->placed[c], face = face_of(t, c / 3),
                     normal = t->normals ? apply(t->cofactor, t->normals[c]) : face;
-        out[c] = light_place(&whole->d, t, p, face, normal, ray_to(whole, p), !t->normals,
-                             whole->d.shadows ? first_with(whole, t, c) : c / 3, &key);
+        out[c] = light_place(&whole->d, t, &t->stuff, p, face, normal, ray_to(whole, p),
+                             !t->normals, whole->d.shadows ? first_with(whole, t, c) : c / 3, &key);
     }
     return out;
 }

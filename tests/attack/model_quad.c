@@ -8,6 +8,7 @@
 #define light_place      light_place_quad
 #define occlude_point    occlude_point_quad
 #define occlude_shape    occlude_shape_quad
+#define printed_stuff    printed_stuff_quad
 #define reflect_light    reflect_light_quad
 #define reflect_shape    reflect_shape_quad
 #include "attack/document.c"
@@ -15,5 +16,6 @@
 #include "attack/light.c"
 #include "attack/model.c"
 #include "attack/occlude.c"
+#include "attack/prints.c"
 #include "attack/reflect.c"
 #include "attack/solids.c"

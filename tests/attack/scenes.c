@@ -100,6 +100,8 @@ const family families[] = {
     {"indoors", "environments, other models", write_dressed, false, false,
      BEYOND_SKY | BEYOND_MODELS},
     {"tiled", "patterns of any size, to the horizon", write_dressed, false, false, BEYOND_PRINTS},
+    {"surveyed", "patterns on what is flat, other models", write_dressed, true, false,
+     BEYOND_LEVEL | BEYOND_PRINTS | BEYOND_MODELS},
     {"papered", "pictures and patterns, other models", write_dressed, false, false,
      BEYOND_PRINTS | BEYOND_PICTURES | BEYOND_MODELS},
     {"embossed", "maps of normals, other models", write_dressed, false, false,

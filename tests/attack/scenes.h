@@ -28,7 +28,8 @@ enum {
     BEYOND_PRINTS = 512,   /* patterns of any size, */
     BEYOND_PICTURES = 1024,
     BEYOND_BUMPS = 2048,  /* maps of normals, */
-    BEYOND_FACETS = 4096, /* flat and gouraud */
+    BEYOND_FACETS = 4096, /* flat and gouraud; */
+    BEYOND_LEVEL = 8192,  /* nothing but what the model's evaluation knows of patterns */
     BEYOND_DRESSED = BEYOND_SKY | BEYOND_PRINTS | BEYOND_PICTURES | BEYOND_BUMPS | BEYOND_FACETS
 };
 

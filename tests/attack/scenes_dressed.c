@@ -85,6 +85,8 @@ static void put_dressed(FILE *out, uint64_t *random, int index) {
     }
     if (kind == 1)
         put_sheet(out, random);
+    else if (goes_beyond(BEYOND_LEVEL))
+        fputs(one_of(random, 2) ? "\"type\": \"box\", " : "\"type\": \"disc\", ", out);
     else
         put_shape(out, random, between(random, 0.5, 1.2));
     facets = put_way(out, random, kind != 1);
