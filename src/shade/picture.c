@@ -73,7 +73,7 @@ static patch patch_of(const shd_level *level, const shd_footprint *f) {
                  area = fabs(p.main[0] * p.side[1] - p.main[1] * p.side[0]);
     p.length = shd_larger(x, y);
     p.narrow = p.length > 0 ? area / p.length : 0;
-    for (int k = 0; k < 2 && y > x; k++) {
+    for (int k = 0; k < 2 && y * (1 - SHD_FOOTPRINT_ALIKE) > x; k++) {
         const double main = p.main[k];
         p.main[k] = p.side[k];
         p.side[k] = main;

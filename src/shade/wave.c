@@ -76,6 +76,8 @@ static double next_change(const shd_pulse *pulse, double t, bool up) {
     double best = up ? INFINITY : -INFINITY;
     for (int k = 0; k < 2; k++) {
         double at = edges[k] + (up ? floor(t - edges[k]) + 1 : ceil(t - edges[k]) - 1);
+        /* Rounded, t may be one of them and its distance less than whole. */
+        if (up ? at <= t : at >= t) at += up ? 1 : -1;
         best = up ? shd_smaller(at, best) : shd_larger(at, best);
     }
     return best;
@@ -215,9 +217,11 @@ shd_footprint shd_footprint_of(const shd_footprint *f) {
     shd_footprint out = *f;
     shorten(out.x);
     shorten(out.y);
+    /* Sides that are both lengthened would be as long as each other. */
+    const bool main = length_of(out.x) >= length_of(out.y) * (1 - SHD_FOOTPRINT_ALIKE);
     lengthen(out.x, SHD_FOOTPRINT_LEAST);
     lengthen(out.y, SHD_FOOTPRINT_LEAST);
-    if (length_of(out.x) >= length_of(out.y))
+    if (main)
         thicken(out.x, out.y, SHD_FOOTPRINT_LEAST);
     else
         thicken(out.y, out.x, SHD_FOOTPRINT_LEAST);

@@ -18,6 +18,10 @@ typedef struct shd_footprint {
  * integrals are differences divided by its sides. */
 #define SHD_FOOTPRINT_LEAST 1e-4
 
+/* Lengths of sides that differ by no more than this part are alike: tiers know them to rounding,
+ * which must not decide which side is the longer one, or how many steps it takes. */
+#define SHD_FOOTPRINT_ALIKE 1e-9
+
 /* 1 on [from, to) of each unit, else 0; 0 <= from < to <= 1. */
 typedef struct shd_pulse {
     double from, to;

@@ -232,6 +232,36 @@ static void any_footprint_has_a_mean(void **state) {
     }
 }
 
+/* Sides as long as each other: tiers know points to some 1e-15, and must see the same. */
+static void rounding_moves_no_mean(void **state) {
+    (void)state;
+    made m = picture_of(33, 33, noise);
+    raise(&m);
+    for (int k = 0; k < 20000; k++) {
+        const double turn = uniform(0, 7), open = k % 2 ? 1.5707963267948966 : uniform(0.1, 3),
+                     size = pow(10, uniform(-4, 0));
+        const shd_footprint f = {{uniform(0, 1), uniform(0, 1)},
+                                 {size * cos(turn), size * sin(turn)},
+                                 {size * cos(turn + open), size * sin(turn + open)}};
+        shd_footprint beside = f;
+        for (int i = 0; i < 2; i++) {
+            beside.x[i] *= 1 + uniform(-1e-15, 1e-15);
+            beside.y[i] *= 1 + uniform(-1e-15, 1e-15);
+        }
+        const shd_pattern pattern = {.kind = SHD_PICTURE,
+                                     .map = {{1, 0, 0}, {0, 1, 0}},
+                                     .wrap = (shd_wrap)(k % 3),
+                                     .picture = &m.pyramid};
+        double one[4], other[4];
+        shd_texture_mean(&pattern, &f, one);
+        shd_texture_mean(&pattern, &beside, other);
+        for (int c = 0; c < 4; c++)
+            if (fabs(one[c] - other[c]) > 1e-6)
+                fail_msg("%d: %.9g and %.9g", k, one[c], other[c]);
+    }
+    drop_picture(&m);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(levels_have_one_mean),
@@ -240,6 +270,7 @@ int main(void) {
         cmocka_unit_test(means_of_smooth_pictures_are_exact),
         cmocka_unit_test(means_change_without_steps),
         cmocka_unit_test(any_footprint_has_a_mean),
+        cmocka_unit_test(rounding_moves_no_mean),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

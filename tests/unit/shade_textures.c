@@ -293,6 +293,57 @@ static void charts_are_where_they_are_documented(void **state) {
     }
 }
 
+/* Sides as long as each other, at any angle or at a right one, and ones that are both too short. */
+static shd_footprint even_footprint(int k) {
+    const double turn = uniform(0, 7), open = k % 3 == 1 ? 1.5707963267948966 : uniform(0.1, 3),
+                 size = k % 3 == 2 ? pow(10, uniform(-7, -4.1)) : pow(10, uniform(-5, 2)),
+                 other = k % 3 == 2 ? pow(10, uniform(-7, -4.1)) : size;
+    const double near = k % 2 ? 1e-4 : 1; /* to an edge */
+    return (shd_footprint){{(k % 7) + uniform(-near, near), uniform(-near, near)},
+                           {size * cos(turn), size * sin(turn)},
+                           {other * cos(turn + open), other * sin(turn + open)}};
+}
+
+/* Tiers know points to some 1e-15, and must see the same. */
+static void rounding_moves_no_mean(void **state) {
+    (void)state;
+    for (int k = 0; k < 20000; k++) {
+        shd_pattern p = random_pattern(k);
+        const double turn = uniform(0, 7), c = cos(turn), s = sin(turn);
+        const double map[2][3] = {{c, -s, 0}, {s, c, 0}};
+        if (k % 5 == 4) p = (shd_pattern){.kind = SHD_NOISE, .octaves = 1 + k % 8};
+        for (int i = 0; i < 6; i++) p.map[i / 3][i % 3] = map[i / 3][i % 3];
+        const shd_footprint f = even_footprint(k);
+        shd_footprint beside = f;
+        for (int i = 0; i < 2; i++) {
+            beside.at[i] += uniform(-1e-15, 1e-15);
+            beside.x[i] *= 1 + uniform(-1e-15, 1e-15);
+            beside.y[i] *= 1 + uniform(-1e-15, 1e-15);
+        }
+        const double one = shd_pattern_mean(&p, &f), other = shd_pattern_mean(&p, &beside);
+        if (fabs(one - other) > 1e-6)
+            fail_msg("%s %d: %.9g and %.9g", shd_pattern_names[p.kind], k, one, other);
+    }
+}
+
+/* Rounding of what is farther out must not lose a line, or count it twice. */
+static void lines_are_the_same_a_whole_number_aside(void **state) {
+    (void)state;
+    for (int k = 0; k < 5000; k++) {
+        const shd_pattern p = {
+            .kind = SHD_GRID, .map = {{1, 0, 0}, {0, 1, 0}}, .width = uniform(0.01, 0.99)};
+        const double size = pow(10, uniform(-2, 1));
+        const shd_footprint f = {{uniform(0, 1), uniform(0, 1)},
+                                 {uniform(-size, size), uniform(-size, size)},
+                                 {uniform(-1, 1), uniform(-1, 1)}};
+        shd_footprint aside = f;
+        aside.at[0] += k % 17;
+        aside.at[1] -= k % 13;
+        const double one = shd_pattern_mean(&p, &f), other = shd_pattern_mean(&p, &aside);
+        if (fabs(one - other) > 1e-6) fail_msg("%d: %.9g and %.9g", k, one, other);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(means_are_those_of_all_points),
@@ -302,6 +353,8 @@ int main(void) {
         cmocka_unit_test(any_footprint_has_a_mean),
         cmocka_unit_test(footprints_are_slopes_of_charts),
         cmocka_unit_test(charts_are_where_they_are_documented),
+        cmocka_unit_test(rounding_moves_no_mean),
+        cmocka_unit_test(lines_are_the_same_a_whole_number_aside),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,7 +1,7 @@
 /* What patterns are at the points of a tile, and the sums that they multiply (plan/textures.h).
  *
  * A sample sees the mean over its whole pixel, so that samples are for edges and light alone.
- * Weights are found from the same numbers in every tier: they are equal to the bit. */
+ * Weights are found from points of 48 bits in every tier, and differ by the rounding of these. */
 #pragma once
 
 #include "plan/textures.h"
