@@ -28,6 +28,7 @@
 #include "render/request.h"
 #include "render/tell/measure.h"
 #include "render/tiles/film.h"
+#include "scene/surroundings.h"
 #include "sight/sight.h"
 
 static const char EXACTLY[] = "\"tier\": \"exact\"";
@@ -139,13 +140,21 @@ static bool draw(worker *w, picture *out, bool may_refuse) {
 
 /* ---- The exact tier against the model. ---- */
 
-static model *read_model(worker *w, const model_program *program, const shd_raster *raster,
+static model *read_model(worker *w, const model_program *program, const shd_scene *scene,
                          double offsets[64][2]) {
+    const shd_raster *raster = &scene->raster;
     for (int i = 0; i < raster->samples; i++)
         shd_sample_offset(i, raster->samples, &offsets[i][0], &offsets[i][1]);
     model *m = program->read(w->json, (const double(*)[2])offsets);
-    if (!m) found(w, "the model is not evaluated");
-    return m;
+    bool good = m;
+    for (size_t i = 0; good && i < scene->light_count; i++) {
+        const shd_surroundings *map = scene->lights[i].map;
+        if (map) good = program->surround(m, i, map->width, map->height, map->texels);
+    }
+    if (good) return m;
+    found(w, "the model is not evaluated");
+    program->drop(m);
+    return NULL;
 }
 
 /* By how much a value is out of a range. */
@@ -154,7 +163,13 @@ static double out_of(double value, double low, double high) {
 }
 
 static void check_model(worker *w, const picture *exact) {
-    enum { MOST_SAMPLES = 1200, MOST_QUAD = 120, MOST_SHAPED = 60, MOST_VEILED = 200 };
+    enum {
+        MOST_SAMPLES = 1200,
+        MOST_QUAD = 120,
+        MOST_SHAPED = 60,
+        MOST_VEILED = 200,
+        MOST_SKY = 4
+    };
     const shd_raster *raster = &exact->request->scene->raster;
     const model_program *program = w->family->quad ? &model_quad : &model_long;
     const shd_plan *plan = exact->request->rendering.plan;
@@ -166,14 +181,15 @@ static void check_model(worker *w, const picture *exact) {
     double offsets[64][2];
     const size_t pixels = (size_t)raster->width * (size_t)raster->height;
     const unsigned beyond = w->family->beyond;
-    const size_t samples = beyond & BEYOND_SHAPES ? MOST_SHAPED
+    const size_t samples = beyond & BEYOND_SKY      ? MOST_SKY
+                           : beyond & BEYOND_SHAPES ? MOST_SHAPED
                            : beyond & (BEYOND_OPACITY | BEYOND_MIRRORS | BEYOND_SHADOWS)
                                ? MOST_VEILED
                            : w->family->quad ? MOST_QUAD
                                              : MOST_SAMPLES,
                  most = samples / (size_t)raster->samples;
     const size_t step = pixels > most ? pixels / most : 1;
-    model *m = read_model(w, program, raster, offsets);
+    model *m = read_model(w, program, exact->request->scene, offsets);
     if (!m) return;
     w->counts.unbounded += !known;
     double worst = 0;

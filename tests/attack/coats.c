@@ -11,6 +11,18 @@
 
 /* Mostly of a few tiles, and now and then beyond all that anybody would want. */
 static void put_uv(FILE *out, uint64_t *random, const char *wrap) {
+    if (goes_beyond(BEYOND_SQUARE)) {
+        static const double scales[] = {1, 2, 3, 0.5, 10, 0.1};
+        const double s = scales[knob_of(random, 6)], t = scales[one_of(random, 6)];
+        fprintf(out,
+                ", \"uv\": {\"scale\": [%.17g, %.17g], \"rotate\": %d, \"offset\": [%.17g, "
+                "%.17g]",
+                s, one_of(random, 2) ? s : t, 45 * knob_of(random, 8), 0.25 * one_of(random, 8),
+                0.1 * one_of(random, 20));
+        if (wrap) fprintf(out, ", \"wrap\": \"%s\"", wrap);
+        fputs("}", out);
+        return;
+    }
     const bool level = goes_beyond(BEYOND_LEVEL), wild = !level && one_of(random, 4) == 0;
     const double s = wild ? knob_decades(random, 1e-9, 4e8) : knob_decades(random, 0.3, 30),
                  t = one_of(random, 2) ? s : s * between(random, -2, 2);
@@ -87,6 +99,7 @@ static void put_coefficient(FILE *out, const char *name, uint64_t *random, doubl
 static double any_power(uint64_t *random) {
     static const double few[] = {2, 9, 32, 75.5, 500, 4096};
     const int kind = one_of(random, 10);
+    if (goes_beyond(BEYOND_SKY) && goes_beyond(BEYOND_LEVEL)) return few[one_of(random, 4)];
     if (kind > 3 && goes_beyond(BEYOND_SKY)) return few[one_of(random, 6)];
     return kind == 0   ? 0
            : kind == 1 ? decades(random, 1e-3, 2)
@@ -97,6 +110,7 @@ static double any_power(uint64_t *random) {
 
 static double any_roughness(uint64_t *random) {
     const int kind = one_of(random, 8);
+    if (goes_beyond(BEYOND_LEVEL)) return decades(random, 0.1, 1);
     return kind == 0 ? decades(random, 1e-3, 0.02) : kind == 1 ? 1 : knob_decades(random, 0.05, 1);
 }
 
@@ -206,5 +220,7 @@ void put_sky(FILE *out, uint64_t *random, bool may_be_seen) {
             "{\"type\": \"environment\", \"map\": \"%s\", \"rotate\": %.17g, \"intensity\": "
             "%.17g%s}",
             map, one_of(random, 4) ? knob(random, -720, 720) : 1.40625 * one_of(random, 256),
-            strength, may_be_seen && knob_of(random, 2) ? ", \"visible\": true" : "");
+            strength,
+            may_be_seen && !goes_beyond(BEYOND_LEVEL) && knob_of(random, 2) ? ", \"visible\": true"
+                                                                            : "");
 }

@@ -87,6 +87,7 @@ static void read_lamp(const json_t *light, const document *d, lamp *out, real am
                 : is(light, "type", "rect")        ? RECTANGLE
                 : is(light, "type", "disc")        ? ROUND
                 : is(light, "type", "sphere")      ? BALL
+                : is(light, "type", "environment") ? AROUND
                                                    : POINT;
     for (int c = 0; out->kind == AMBIENT && c < 3; c++) ambient[c] += out->color[c];
     out->axis = unit(out_of_frame(light, d, vector(light, "direction", (point){0, -1, 0})));
@@ -98,7 +99,8 @@ static void read_lamp(const json_t *light, const document *d, lamp *out, real am
     out->angle = degrees(number(light, "angle", 30));
     out->inner = out->angle * (1 - number(light, "penumbra", 0.2));
     out->exponent = number(light, "exponent", 0);
-    if (out->kind >= RECTANGLE) read_shape(light, out);
+    out->turn = degrees(number(light, "rotate", 0));
+    if (out->kind >= RECTANGLE && out->kind <= BALL) read_shape(light, out);
 }
 
 static bool read_lamps(const json_t *lights, document *d, real ambient[3]) {
@@ -350,6 +352,10 @@ void document_drop(document *d) {
         free(d->things[i].vertices);
         free(d->things[i].polygons);
         free(d->things[i].uvs);
+    }
+    for (size_t j = 0; d->lamps && j < d->lamp_count; j++) {
+        free(d->lamps[j].coarse);
+        free(d->lamps[j].fine);
     }
     free(d->things);
     free(d->lamps);

@@ -15,7 +15,8 @@ typedef enum light_kind {
     SPOT,
     RECTANGLE, /* from here on lights have a shape */
     ROUND,
-    BALL
+    BALL,
+    AROUND /* an environment */
 } light_kind;
 
 typedef struct lamp {
@@ -26,7 +27,17 @@ typedef struct lamp {
     real angle, inner, exponent;  /* of a spot: where its light ends, and where it fades */
     point across, up;             /* of a shape: half of a rectangle's sides, radii of a disc */
     real radius;
+    /* Of an environment, whose directions are told later (sky.h). */
+    real turn;
+    double *coarse, *fine;
+    size_t coarse_count, fine_count;
 } lamp;
+
+/* An environment's texels, as the caller has them: [height][width][3]. */
+typedef struct sky_map {
+    int width, height;
+    const float *texels;
+} sky_map;
 
 typedef enum reflection_kind {
     PLAIN, /* Phong's */

@@ -2,6 +2,7 @@
 
 #include "attack/occlude.h"
 #include "attack/reflect.h"
+#include "attack/sky.h"
 
 /* What is at a place: its point, its normal as it is shaded, whether the surface there is flat. */
 typedef struct spot {
@@ -101,6 +102,10 @@ static void add_lamp(const document *d, const lamp *l, const stuff *m, const spo
                      shade *out) {
     point toward;
     bool unsure = false;
+    if (l->kind == AROUND) {
+        if (!cases_only) sky_light(l, m, s->normal, s->view, out->low, out->high);
+        return;
+    }
     if (l->kind >= RECTANGLE) {
         add_shape(d, l, m, s, key, out);
         return;

@@ -4,6 +4,7 @@
 
 #include "attack/light.h"
 #include "attack/prints.h"
+#include "attack/sky.h"
 
 #ifdef ATTACK_QUAD
 #define MODEL_PROGRAM model_quad
@@ -442,4 +443,14 @@ static void tell(model *whole, table_function *weigh, const void *table) {
     }
 }
 
-const model_program MODEL_PROGRAM = {read_document, evaluate, tell, drop};
+static bool surround(model *whole, size_t index, int width, int height, const float *texels) {
+    const sky_map map = {width, height, texels};
+    /* Texels are a part of a degree wide, or few. */
+    const int parts = width > 128 ? 1 : 2;
+    lamp *l = &whole->d.lamps[index];
+    l->coarse = sky_cut(&map, parts, l->turn, &l->coarse_count);
+    l->fine = sky_cut(&map, 2 * parts, l->turn, &l->fine_count);
+    return l->coarse && l->fine;
+}
+
+const model_program MODEL_PROGRAM = {read_document, evaluate, tell, surround, drop};

@@ -11,7 +11,8 @@
  * coordinates. Such a sample has the range of all values that are found there; any other one
  * value.
  *
- * Models beside Phong's and lights with a shape are reflect.h's, shadows occlude.h's. Of spectra it
+ * Models beside Phong's and lights with a shape are reflect.h's, shadows occlude.h's, environments
+ * sky.h's, patterns prints.h's. Of spectra it
  * knows those for which light is the product of two colors.
  *
  * Documents are those of scenes.h: valid, their colors numbers of the working space. A thread
@@ -40,6 +41,9 @@ typedef struct model_program {
     /* What objects of microgeometry reflect, which it does not know by itself: all of them have the
      * table. */
     void (*tell)(model *, table_function *weigh, const void *table);
+    /* The texels of the document's light `index`, an environment: [height][width][3]. False:
+     * memory. */
+    bool (*surround)(model *, size_t index, int width, int height, const float *texels);
     void (*drop)(model *);
 } model_program;
 

@@ -11,6 +11,8 @@
 #define printed_stuff    printed_stuff_quad
 #define reflect_light    reflect_light_quad
 #define reflect_shape    reflect_shape_quad
+#define sky_cut          sky_cut_quad
+#define sky_light        sky_light_quad
 #include "attack/document.c"
 #include "attack/facets.c"
 #include "attack/light.c"
@@ -18,4 +20,5 @@
 #include "attack/occlude.c"
 #include "attack/prints.c"
 #include "attack/reflect.c"
+#include "attack/sky.c"
 #include "attack/solids.c"

@@ -154,6 +154,7 @@ static range mean_of(const print *p, const polygon *all, const real x[2], const 
     if (p->kind == NOISE_PRINT || !(longest < (real)1e9)) return ANYTHING;
     if (p->kind != RAMP_PRINT && is_even(p, all, &mean)) return (range){mean, mean};
     if (p->kind != RAMP_PRINT && narrow >= (real)1.1) return faded(p, 0, narrow);
+    if (narrow < (real)1e-6) return ANYTHING; /* of uvs without an area */
     if (smaller(SIZE(x[0]), SIZE(x[1])) > CUT || smaller(SIZE(y[0]), SIZE(y[1])) > CUT)
         return ANYTHING;
     if (narrow < (real)0.001 || smaller(length_of(x), length_of(y)) < (real)0.001) {

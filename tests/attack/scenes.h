@@ -27,9 +27,10 @@ enum {
     BEYOND_SKY = 256,      /* from here on only write_dressed() knows them: environments, */
     BEYOND_PRINTS = 512,   /* patterns of any size, */
     BEYOND_PICTURES = 1024,
-    BEYOND_BUMPS = 2048,  /* maps of normals, */
-    BEYOND_FACETS = 4096, /* flat and gouraud; */
-    BEYOND_LEVEL = 8192,  /* nothing but what the model's evaluation knows of patterns */
+    BEYOND_BUMPS = 2048,   /* maps of normals, */
+    BEYOND_FACETS = 4096,  /* flat and gouraud; */
+    BEYOND_LEVEL = 8192,   /* nothing but what the model's evaluation knows of patterns */
+    BEYOND_SQUARE = 16384, /* numbers of a few digits: charts' seams and edges at samples */
     BEYOND_DRESSED = BEYOND_SKY | BEYOND_PRINTS | BEYOND_PICTURES | BEYOND_BUMPS | BEYOND_FACETS
 };
 

@@ -69,6 +69,26 @@ static bool put_way(FILE *out, uint64_t *random, bool cut) {
     return true;
 }
 
+/* In steps of a tenth, and of 45 degrees. */
+static void put_square_turn(FILE *out, uint64_t *random, double up) {
+    fputs("\"transform\": {", out);
+    if (one_of(random, 3) == 0)
+        fprintf(out, "\"scale\": [%d, 1, %d], ", one_of(random, 2) ? 1 : -1, 1 + one_of(random, 2));
+    fprintf(out, "\"rotate\": [%d, %d, %d], \"translate\": [%.17g, %.17g, %.17g]}",
+            45 * one_of(random, 8), 45 * one_of(random, 8), 45 * one_of(random, 8),
+            0.1 * one_of(random, 5), up, 0.1 * one_of(random, 5));
+}
+
+static void put_square(FILE *out, uint64_t *random, int index) {
+    static const char *const shapes[] = {"sphere", "cylinder", "cone", "torus", "box", "disc"};
+    fprintf(out, "%s\"type\": \"%s\", ", index ? ", {" : "{", shapes[one_of(random, 6)]);
+    const bool facets = put_way(out, random, true);
+    put_coat(out, random, facets);
+    fputs(", ", out);
+    put_square_turn(out, random, 0.1 * one_of(random, 5));
+    fputs("}", out);
+}
+
 static void put_dressed(FILE *out, uint64_t *random, int index) {
     const int kind = one_of(random, 5);
     fputs(index ? ", {" : "{", out);
@@ -85,7 +105,7 @@ static void put_dressed(FILE *out, uint64_t *random, int index) {
     }
     if (kind == 1)
         put_sheet(out, random);
-    else if (goes_beyond(BEYOND_LEVEL))
+    else if (goes_beyond(BEYOND_LEVEL) && goes_beyond(BEYOND_PRINTS))
         fputs(one_of(random, 2) ? "\"type\": \"box\", " : "\"type\": \"disc\", ", out);
     else
         put_shape(out, random, between(random, 0.5, 1.2));
@@ -119,7 +139,7 @@ static void put_all_light(FILE *out, uint64_t *random) {
         if (put) fputs(", ", out);
         put_shine_from(out, random);
     }
-    const int skies = !sky ? 0 : knob_of(random, 8) ? 1 : 2;
+    const int skies = !sky ? 0 : goes_beyond(BEYOND_LEVEL) || knob_of(random, 8) ? 1 : 2;
     for (int i = 0; i < skies; i++, put++) {
         if (put) fputs(", ", out);
         put_sky(out, random, i == 0);
@@ -134,7 +154,15 @@ void write_dressed(FILE *out, uint64_t *random, const char *accuracy) {
     const bool slow = goes_beyond(BEYOND_SKY);
     char camera[200];
     const int view = one_of(random, 4);
-    if (view == 0) /* along a floor */
+    if (goes_beyond(BEYOND_SQUARE)) {
+        const double x = 0.1 * one_of(random, 5), y = 0.1 * one_of(random, 5),
+                     z = 0.1 * one_of(random, 5);
+        snprintf(camera, sizeof camera,
+                 "\"type\": \"%s\", \"position\": [%.17g, %.17g, %.17g], \"target\": [%.17g, "
+                 "%.17g, %.17g]",
+                 one_of(random, 2) ? "orthographic" : "perspective", x, y, view ? 4 : z, x, y,
+                 view ? z : z - 1);
+    } else if (view == 0) /* along a floor */
         snprintf(camera, sizeof camera,
                  "\"position\": [0, %.17g, 3], \"target\": [0, %.17g, -9], \"fov\": 60",
                  decades(random, 1e-3, 1), between(random, -2, 0.5));
@@ -154,6 +182,7 @@ void write_dressed(FILE *out, uint64_t *random, const char *accuracy) {
     put_all_light(out, random);
     put_objects(out);
     const int count = 1 + one_of(random, 3);
-    for (int i = 0; i < count; i++) put_dressed(out, random, i);
+    for (int i = 0; i < count; i++)
+        (goes_beyond(BEYOND_SQUARE) ? put_square : put_dressed)(out, random, i);
     put_end(out, random);
 }
