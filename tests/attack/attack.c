@@ -353,6 +353,12 @@ static void tell_and_end(int number) {
     _exit(1);
 }
 
+/* Of how many rounds a family has one: integrals of other models and of lights with a shape are
+ * slow, pictures that are made again and again, and most of all integrals over environments. */
+static uint64_t share_of_rounds(const family *f) {
+    return f->beyond & BEYOND_SKY ? 48 : f->beyond & BEYOND_DRESSED ? 16 : f->beyond ? 4 : 1;
+}
+
 static void *work(void *argument) {
     worker *w = argument;
     attack *a = w->attack;
@@ -363,8 +369,8 @@ static void *work(void *argument) {
         const int which = (int)(index % (uint64_t)a->tally.chosen_count);
         if (a->seconds > 0 ? now() - a->began > a->seconds : round >= a->rounds) break;
         w->family = a->tally.chosen[which];
-        /* What is slow: integrals of other models and of lights with a shape. */
-        if (w->family->beyond && !a->one && !(a->seconds > 0) && 4 * round >= a->rounds) continue;
+        if (!a->one && !(a->seconds > 0) && share_of_rounds(w->family) * round >= a->rounds)
+            continue;
         w->seed = a->first + round;
         check_scene(w);
         pthread_mutex_lock(&a->mutex);

@@ -221,7 +221,10 @@ uint64_t same_check(same_maker *s, const family *f, uint64_t seed, same_teller *
     file before[STEPS] = {{.size = 0}};
     s->family = f, s->seed = seed, s->tell = tell, s->context = context, s->pictures = 0;
     plan_steps(s, steps);
+    /* Tables of environments are slow: a slider, and a budget that becomes narrow. */
+    static const bool also_slow[STEPS] = {[0] = true, [1] = true, [4] = true, [5] = true};
     for (int i = 0; i < STEPS; i++) {
+        if (f->beyond & BEYOND_SKY && !also_slow[i]) continue;
         knobs_move(steps[i].knob, steps[i].where);
         char *json = write_scene(f, seed, steps[i].accuracy);
         knobs_move(-1, 0);
@@ -230,7 +233,7 @@ uint64_t same_check(same_maker *s, const family *f, uint64_t seed, same_teller *
         for (int k = 0; k < MAKERS; k++) files[k] = draw_file(s, (maker_kind)k);
         compare_step(s, i, &steps[i], files);
         for (int k = 0; k < i; k++)
-            if (*files[ALONE].tag && !strcmp(before[k].tag, files[ALONE].tag) &&
+            if (*before[k].tag && *files[ALONE].tag && !strcmp(before[k].tag, files[ALONE].tag) &&
                 !same_file(&before[k], &files[ALONE]))
                 found(s, "step %d {%s} has the tag of step %d and is another picture", i,
                       steps[i].accuracy, k);
