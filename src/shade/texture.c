@@ -46,7 +46,8 @@ static double kept_of(double width) {
 static double noise_mean(int octaves, const shd_footprint *f) {
     enum { MOST_STEPS = 16 };
     const double x = length_of(f->x), y = length_of(f->y);
-    const double *side = x >= y * (1 - SHD_FOOTPRINT_ALIKE) ? f->x : f->y, wide = shd_smaller(x, y), length = shd_larger(x, y);
+    const double *side = x >= y * (1 - SHD_FOOTPRINT_ALIKE) ? f->x : f->y, wide = shd_smaller(x, y),
+                 length = shd_larger(x, y);
     double sum = 0, whole = 0, share = 1, scale = 1;
     for (int o = 0; o < octaves; o++, share /= 2, scale *= 2) {
         whole += share;

@@ -256,8 +256,7 @@ static void rounding_moves_no_mean(void **state) {
         shd_texture_mean(&pattern, &f, one);
         shd_texture_mean(&pattern, &beside, other);
         for (int c = 0; c < 4; c++)
-            if (fabs(one[c] - other[c]) > 1e-6)
-                fail_msg("%d: %.9g and %.9g", k, one[c], other[c]);
+            if (fabs(one[c] - other[c]) > 1e-6) fail_msg("%d: %.9g and %.9g", k, one[c], other[c]);
     }
     drop_picture(&m);
 }
