@@ -17,8 +17,9 @@ static const float FINE = 1, NEAR = 0.03F;
  * this part of that is left out. */
 static const double SHARES = 3, KINKS = 2, NOTHING = 0.03;
 
-/* Polynomials over blocks and cells are better than derivatives say, by so much at least. */
-static const double LOOSE = 2, CELLS_LOOSE = 3;
+/* Polynomials over blocks and cells are better than derivatives say, by so much at least: more
+ * where a power, from that one on, is all that the lobe is made of. */
+static const double LOOSE = 2, POWERS = 16, POWERS_LOOSE = 4, CELLS_LOOSE = 3;
 
 /* The same as shd_looks, of one place. */
 typedef struct glance {
@@ -47,6 +48,7 @@ typedef struct quick {
     shd_looks_function *look;
     shd_ways32_function *sum32;
     shd_lobe_view view;
+    double loose;
     double least[3]; /* what each channel's sum is, at least, in the scale of looks */
     double by[3];    /* 1 over what a block may be off by */
     shd_around_ways to;
@@ -386,7 +388,7 @@ static bool take_block(quick *q, const seen_block *s) {
     if (worth <= NOTHING) return true;
     const double off[SHD_MOMENT_ORDERS] = {0.25 * x, 7.8e-3 * x * x, 1.6e-4 * x * x * x,
                                            2.6e-6 * x * x * x * x},
-                 allowed = LOOSE * allowed_of(look, worth);
+                 allowed = q->loose * allowed_of(look, worth);
     for (int k = 0; k < SHD_MOMENT_ORDERS; k++)
         if (off[k] <= allowed) {
             add_block(q, s, k);
@@ -462,6 +464,8 @@ void shd_around_sum_quickly(const shd_surroundings *map, const shd_moments *mome
     q.look = looks[f->isa];
     q.sum32 = sums[f->isa];
     q.view = view_lobe(lobe);
+    q.loose =
+        lobe->sharpness >= POWERS && lobe->model != SHD_MODEL_COOK_TORRANCE ? POWERS_LOOSE : LOOSE;
     q.ways.points = 0;
     q.count = 0;
     for (int k = 0; k < SHD_MOMENT_LEVELS; k++) q.blocks[k].looks.count = 0;

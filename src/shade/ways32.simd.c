@@ -1,6 +1,6 @@
 /* One term's weights of light from many directions at one point, in f32, without fused products.
- * Compiled once for each instruction set; tests/unit/shade_ways32.c holds them against
- * shade/brdf.h. */
+ * Compiled once for each instruction set; tests/unit/shade_around.c holds what quick walks make of
+ * them against shade/brdf.h. */
 #include "shade/ways32.h"
 
 #include <math.h>
