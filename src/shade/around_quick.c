@@ -19,7 +19,7 @@ static const double SHARES = 3, KINKS = 2, NOTHING = 0.03;
 
 /* Polynomials over blocks and cells are better than derivatives say, by so much at least: more
  * where a power, from that one on, is all that the lobe is made of. */
-static const double LOOSE = 2, POWERS = 16, POWERS_LOOSE = 4, CELLS_LOOSE = 3;
+static const double LOOSE = 2, POWERS = 16, POWERS_LOOSE = 4, CELLS_LOOSE = 2;
 
 /* The same as shd_looks, of one place. */
 typedef struct glance {
@@ -49,6 +49,7 @@ typedef struct quick {
     shd_ways32_function *sum32;
     shd_lobe_view view;
     double loose;
+    int channels;    /* that nodes have: 3, or 1 of a grey map in f32 */
     double least[3]; /* what each channel's sum is, at least, in the scale of looks */
     double by[3];    /* 1 over what a block may be off by */
     shd_around_ways to;
@@ -170,7 +171,7 @@ static inline void add_node(quick *q, shd_turned turn, shd_turned down, const do
     ways->toward[0][i] = (float)d.x;
     ways->toward[1][i] = (float)d.y;
     ways->toward[2][i] = (float)d.z;
-    for (int c = 0; c < 3; c++) ways->weight[c][i] = (float)v[c];
+    for (int c = 0; c < q->channels; c++) ways->weight[c][i] = (float)v[c];
 }
 
 /* n by n nodes in rows, of which each overwrites what the one before it has written too far. */
@@ -194,7 +195,7 @@ static void add_narrow(quick *q, const seen_block *s, int order) {
             y[e] = cosine;
             z[e] = sine * cosines[e];
         }
-        for (int c = 0; c < 3; c++)
+        for (int c = 0; c < q->channels; c++)
             memcpy(ways->weight[c] + at, s->block->weights[c] + from, ROW * sizeof(float));
     }
     ways->points += (size_t)(n * n);
@@ -293,7 +294,7 @@ static void add_part(quick *q, const part *p, const shd_gauss_node *nodes, int n
         const shd_turned down = turn_on(p->down, p->high * (t - 0.5));
         const double along = p->wide * p->high * p->size * p->size * nodes[d].weight * down.sine;
         double left[3], right[3];
-        for (size_t k = 0; k < 3; k++) {
+        for (size_t k = 0; k < (size_t)q->channels; k++) {
             const double a = (double)p->upper[p->left + k], b = (double)p->upper[p->right + k];
             left[k] = along * (a + t * ((double)p->lower[p->left + k] - a));
             right[k] = along * (b + t * ((double)p->lower[p->right + k] - b));
@@ -301,7 +302,7 @@ static void add_part(quick *q, const part *p, const shd_gauss_node *nodes, int n
         for (int e = 0; e < n; e++) {
             const double s = p->s + p->size * nodes[e].at, by = nodes[e].weight;
             double v[3];
-            for (int k = 0; k < 3; k++) v[k] = by * (left[k] + s * (right[k] - left[k]));
+            for (int k = 0; k < q->channels; k++) v[k] = by * (left[k] + s * (right[k] - left[k]));
             add_node(q, turns[e], down, v);
         }
     }
@@ -466,7 +467,9 @@ void shd_around_sum_quickly(const shd_surroundings *map, const shd_moments *mome
     q.view = view_lobe(lobe);
     q.loose =
         lobe->sharpness >= POWERS && lobe->model != SHD_MODEL_COOK_TORRANCE ? POWERS_LOOSE : LOOSE;
+    q.channels = f->point && moments->grey ? 1 : 3;
     q.ways.points = 0;
+    q.ways.grey = q.channels == 1;
     q.count = 0;
     for (int k = 0; k < SHD_MOMENT_LEVELS; k++) q.blocks[k].looks.count = 0;
     for (int c = 0; c < 3; c++) q.least[c] = 0;

@@ -256,9 +256,18 @@ static void place_cells(shd_moments *m) {
                    downs + SHD_CELL_NODES * j);
 }
 
+static bool is_grey(const shd_surroundings *map) {
+    const size_t count = 3 * (size_t)map->width * (size_t)map->height;
+    for (size_t i = 0; i < count; i += 3)
+        if (map->texels[i] != map->texels[i + 1] || map->texels[i] != map->texels[i + 2])
+            return false;
+    return true;
+}
+
 bool shd_moments_make(const shd_surroundings *map, const atomic_bool *cancelled, shd_moments *out) {
     const node_set set = find_nodes();
     lay_out(map, out);
+    out->grey = is_grey(map);
     place_cells(out);
     for (int k = 0; k < out->level_count; k++) {
         const shd_moment_level *l = &out->levels[k];

@@ -61,6 +61,7 @@ typedef struct shd_moment_level {
 
 typedef struct shd_moments {
     int32_t width, height, level_count;
+    int32_t grey; /* 1: the three channels are the same everywhere, else 0 */
     shd_moment_level levels[SHD_MOMENT_LEVELS]; /* the finest first */
     /* shd_turned [width][SHD_CELL_NODES], [height + 1][..]: of each column and row of cells the
      * middle, and the nodes of Gauss' rules of 2 and of 3 points. */

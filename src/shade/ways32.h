@@ -8,6 +8,7 @@
 enum { SHD_WAYS32_STEP = 16, SHD_WAYS32_ROW = 8, SHD_WAYS32_MOST = 128 };
 typedef struct shd_ways32 {
     size_t points;
+    bool grey; /* the first weight is all three, and others are not read */
     float toward[3][SHD_WAYS32_MOST + SHD_WAYS32_ROW], weight[3][SHD_WAYS32_MOST + SHD_WAYS32_ROW];
 } shd_ways32;
 

@@ -17,24 +17,33 @@ static const float LEAST_NH = 1e-4F;
 /* ---- Sums. ---- */
 
 /* Adds products of values and weights, in the order of sixteen lanes on every machine. */
-SHD_INLINE void sum_values(const shd_ways32 *w, const float *values, double out[3]) {
+SHD_INLINE void sum_weights(const shd_ways32 *w, const float *values, int count, double out[3]) {
     enum { PARTS = STEP / SHD_W };
     shd_vf sums[3][PARTS];
-    for (int k = 0; k < 3; k++)
+    for (int k = 0; k < count; k++)
         for (int h = 0; h < PARTS; h++) sums[k][h] = shd_vf_set(0);
     for (size_t i = 0; i < w->points; i += STEP)
         for (size_t h = 0; h < PARTS; h++) {
             const shd_vf value = shd_vf_load(values + i + h * SHD_W);
-            for (int k = 0; k < 3; k++)
+            for (int k = 0; k < count; k++)
                 sums[k][h] += shd_vf_load(w->weight[k] + i + h * SHD_W) * value;
         }
-    for (int k = 0; k < 3; k++) {
+    for (int k = 0; k < count; k++) {
         float lanes[STEP];
         memcpy(lanes, sums[k], sizeof lanes);
         for (int half = STEP / 2; half > 0; half /= 2)
             for (int i = 0; i < half; i++) lanes[i] += lanes[i + half];
         out[k] = (double)lanes[0] * (1 / SHD_PI);
     }
+}
+
+SHD_INLINE void sum_values(const shd_ways32 *w, const float *values, double out[3]) {
+    if (!w->grey) {
+        sum_weights(w, values, 3, out);
+        return;
+    }
+    sum_weights(w, values, 1, out);
+    out[1] = out[2] = out[0];
 }
 
 SHD_INLINE void add_row(const double sums[3], double out[SHD_WAY_SUMS]) {
