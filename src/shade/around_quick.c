@@ -264,8 +264,8 @@ static part cell_at(const quick *q, int i, int j) {
 
 /* An angle and a little more: no cell is higher or wider than a fourth of a map. */
 static inline shd_turned turn_on(shd_turned from, double by) {
-    const double x = by * by, sine = by * (1 - x / 6 * (1 - x / 20 * (1 - x / 42))),
-                 cosine = 1 - x / 2 * (1 - x / 12 * (1 - x / 30 * (1 - x / 56)));
+    const double x = by * by, sine = by * (1 + x * (-1.0 / 6 + x * (1.0 / 120 - x * (1.0 / 5040)))),
+                 cosine = 1 + x * (-0.5 + x * (1.0 / 24 + x * (-1.0 / 720 + x * (1.0 / 40320))));
     return (shd_turned){from.cosine * cosine - from.sine * sine,
                         from.sine * cosine + from.cosine * sine};
 }
