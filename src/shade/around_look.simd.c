@@ -10,7 +10,7 @@ static const float LEAST = 8e-7F;
 
 /* What nodes are off where the lobe has a kink, by how far the block reaches, of what the kink is
  * wide; and where the horizon ends it in a kink, or as off a cliff. */
-static const float KINK = 0.06F, HORIZON = 0.1F, CLIFF = 0.5F;
+static const float KINK = 0.06F, HORIZON = 0.1F, CLIFF = 0.7F;
 
 /* What f32 may be off a tangent; and the square of one that is as good as infinite. */
 static const float BLUR = 5e-4F, UPRIGHT = 1e12F;

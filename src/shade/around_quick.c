@@ -19,7 +19,7 @@ static const double SHARES = 3, KINKS = 2, NOTHING = 0.03;
 
 /* Polynomials over blocks and cells are better than derivatives say, by so much at least: more
  * where a power, from that one on, is all that the lobe is made of. */
-static const double LOOSE = 2, POWERS = 16, POWERS_LOOSE = 4, CELLS_LOOSE = 2;
+static const double LOOSE = 2, POWERS = 16, POWERS_LOOSE = 4, CELLS_LOOSE = 6, CELLS_KINKS = 0.5;
 
 /* The same as shd_looks, of one place. */
 typedef struct glance {
@@ -84,6 +84,13 @@ static shd_lobe_view view_lobe(const shd_around_lobe *lobe) {
         v.scale = 1 / SHD_PI;
     }
     return v;
+}
+
+static double loose_of(const shd_around_lobe *lobe) {
+    const bool power =
+        lobe->model == SHD_MODEL_BLINN_PHONG || lobe->model == SHD_MODEL_PHONG_NORMALIZED;
+    if (power && lobe->sharpness >= POWERS) return POWERS_LOOSE;
+    return lobe->model == SHD_MODEL_BLINN_PHONG ? 1 : LOOSE; /* there is much along its cliff */
 }
 
 static const shd_moment_block *block_at(const quick *q, int level, int column, int row) {
@@ -230,10 +237,10 @@ static inline double worth_of(const quick *q, double most, const float light[3])
 }
 
 /* What of the most on the block nodes may be off. */
-static double allowed_of(const glance *look, double worth) {
+static double allowed_of(const glance *look, double worth, double kinks) {
     const double most = look->near * look->high, least = look->far * look->low;
     return shd_larger(1 / worth, most > 0 ? SHD_QUICK_SHARE / 2 * least / most : 0) -
-           KINKS * look->kink;
+           kinks * look->kink;
 }
 
 /* ---- Cells. ---- */
@@ -326,7 +333,8 @@ static bool take_part(quick *q, const part *p, const glance *look, bool last) {
     light_of(p, light);
     const double most = look->near * look->high, x = look->square, worth = worth_of(q, most, light);
     if (worth <= NOTHING / 4) return true;
-    const double allowed = CELLS_LOOSE * allowed_of(look, worth);
+    const bool cliff = q->lobe->model == SHD_MODEL_BLINN_PHONG;
+    const double allowed = CELLS_LOOSE * allowed_of(look, worth, cliff ? KINKS : CELLS_KINKS);
     const bool few = 0.04 * x * sqrt(x) <= allowed;
     if (!few && !last && !(1.1e-3 * x * x * sqrt(x) <= allowed)) return false;
     add_part(q, p, few ? shd_gauss2 : shd_gauss3, few ? 2 : 3);
@@ -389,7 +397,7 @@ static bool take_block(quick *q, const seen_block *s) {
     if (worth <= NOTHING) return true;
     const double off[SHD_MOMENT_ORDERS] = {0.25 * x, 7.8e-3 * x * x, 1.6e-4 * x * x * x,
                                            2.6e-6 * x * x * x * x},
-                 allowed = q->loose * allowed_of(look, worth);
+                 allowed = q->loose * allowed_of(look, worth, KINKS);
     for (int k = 0; k < SHD_MOMENT_ORDERS; k++)
         if (off[k] <= allowed) {
             add_block(q, s, k);
@@ -465,8 +473,7 @@ void shd_around_sum_quickly(const shd_surroundings *map, const shd_moments *mome
     q.look = looks[f->isa];
     q.sum32 = sums[f->isa];
     q.view = view_lobe(lobe);
-    q.loose =
-        lobe->sharpness >= POWERS && lobe->model != SHD_MODEL_COOK_TORRANCE ? POWERS_LOOSE : LOOSE;
+    q.loose = loose_of(lobe);
     q.channels = f->point && moments->grey ? 1 : 3;
     q.ways.points = 0;
     q.ways.grey = q.channels == 1;
