@@ -61,7 +61,7 @@ static double shape_cost(const shd_plan_material *m, const shd_light *shape, int
 static double around_cost(const shd_plan *plan, const shd_plan_material *m,
                           const shd_plan_light *light) {
     static const double DIFFUSE = 90, LOBE = 500, QUADRATURE = 1e6, OF_ROOTS = 2.5e6, WALK = 6e5,
-                        QUICK = 9e4;
+                        QUICK = 4e4;
     double sum = 0;
     for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
         const double exponent = t ? m->lobes[t - 1].shininess : 1;

@@ -14,6 +14,7 @@
 
 #include "shade/area.h"
 #include "shade/moments.h"
+#include "shade/ways32.h"
 
 /* Directions are unit, in the map's frame. */
 typedef struct shd_around_lobe {
@@ -27,6 +28,9 @@ typedef struct shd_around_function {
     shd_area_sum_function *sum;
     const void *context;
     size_t rows;
+    shd_isa isa; /* of quick walks */
+    /* The same in f32 (ways32.h), for quick walks; NULL: f32 does not hold it. */
+    const shd_way_point *point;
 } shd_around_function;
 
 /* Adds to out[row][k] the integral of channel k of the map times the row, over pi. `moments` are

@@ -5,8 +5,11 @@
  * so what the sum is at least. Then each counts by the fewest nodes with which what it may be off
  * is nothing beside that sum, or beside its own share: blocks that hold little light, or where the
  * lobe is faint, count by few, and those that are less than nothing are left out. Blocks that the
- * horizon or a kink of the lobe goes through, and others for which no nodes are enough, are halved,
- * and at last are cells between texels.
+ * horizon or a kink of the lobe goes through, and others for which no nodes are enough, are halved
+ * both ways, and at last are cells between texels and parts of them.
+ *
+ * Looks are at many places at once, in f32 (around_look.h), and nodes are summed in f32 where that
+ * holds them (ways32.h). Every value is of this point alone, and the same bits on every machine.
  *
  * The sum is off by at most SHD_QUICK_SHARE of itself, in each channel of the map, and
  * SHD_QUICK_FLOOR of the most that the map adds (plan/tier.h). That is measured: what blocks are

@@ -55,6 +55,8 @@ static void lay_out(const shd_surroundings *map, shd_moments *out) {
         at += padded_to((size_t)l->columns * SIDE * sizeof(shd_turned));
         l->downs_at = at;
         at += padded_to((size_t)l->rows * SIDE * sizeof(shd_turned));
+        l->turns32_at = at;
+        at += padded_to((size_t)l->columns * 2 * SIDE * sizeof(float));
         l->blocks_at = at;
         at += padded_to((size_t)l->columns * (size_t)l->rows * sizeof(shd_moment_block));
     }
@@ -221,10 +223,14 @@ static void make_block(const shd_surroundings *map, const node_set *set, const s
 static void place_nodes(const node_set *set, shd_moments *m, const shd_moment_level *l) {
     shd_turned *turns = (shd_turned *)(void *)((char *)m + l->turns_at),
                *downs = (shd_turned *)(void *)((char *)m + l->downs_at);
+    float *narrow = (float *)(void *)((char *)m + l->turns32_at);
     for (int n = 0; n < SIDE; n++) {
         for (int i = 0; i < l->columns; i++) {
             const block_box b = box_of(m, l, i, 0);
-            turns[SIDE * i + n] = turned(b.turn + b.wide * set->at[n]);
+            const shd_turned turn = turned(b.turn + b.wide * set->at[n]);
+            turns[SIDE * i + n] = turn;
+            narrow[2 * SIDE * i + n] = (float)turn.cosine;
+            narrow[2 * SIDE * i + SIDE + n] = (float)turn.sine;
         }
         for (int j = 0; j < l->rows; j++) {
             const block_box b = box_of(m, l, 0, j);
@@ -250,9 +256,18 @@ static void place_cells(shd_moments *m) {
                    downs + SHD_CELL_NODES * j);
 }
 
+static bool is_grey(const shd_surroundings *map) {
+    const size_t count = 3 * (size_t)map->width * (size_t)map->height;
+    for (size_t i = 0; i < count; i += 3)
+        if (map->texels[i] != map->texels[i + 1] || map->texels[i] != map->texels[i + 2])
+            return false;
+    return true;
+}
+
 bool shd_moments_make(const shd_surroundings *map, const atomic_bool *cancelled, shd_moments *out) {
     const node_set set = find_nodes();
     lay_out(map, out);
+    out->grey = is_grey(map);
     place_cells(out);
     for (int k = 0; k < out->level_count; k++) {
         const shd_moment_level *l = &out->levels[k];

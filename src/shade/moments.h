@@ -55,11 +55,13 @@ typedef struct shd_moment_block {
 typedef struct shd_moment_level {
     int32_t size, columns, rows; /* of a block in cells; blocks */
     uint64_t turns_at, downs_at; /* shd_turned [columns][SHD_MOMENT_SIDE], [rows][..]: nodes */
-    uint64_t blocks_at;          /* shd_moment_block [rows][columns] */
+    uint64_t turns32_at; /* float [columns][2][SHD_MOMENT_SIDE]: cosines and sines of turns */
+    uint64_t blocks_at;  /* shd_moment_block [rows][columns] */
 } shd_moment_level;
 
 typedef struct shd_moments {
     int32_t width, height, level_count;
+    int32_t grey; /* 1: the three channels are the same everywhere, else 0 */
     shd_moment_level levels[SHD_MOMENT_LEVELS]; /* the finest first */
     /* shd_turned [width][SHD_CELL_NODES], [height + 1][..]: of each column and row of cells the
      * middle, and the nodes of Gauss' rules of 2 and of 3 points. */
@@ -80,6 +82,10 @@ static inline const shd_turned *shd_moment_turns_of(const shd_moments *m, int le
 }
 static inline const shd_turned *shd_moment_downs_of(const shd_moments *m, int level) {
     return (const shd_turned *)(const void *)((const char *)m + m->levels[level].downs_at);
+}
+
+static inline const float *shd_moment_turns32_of(const shd_moments *m, int level) {
+    return (const float *)(const void *)((const char *)m + m->levels[level].turns32_at);
 }
 
 static inline const shd_turned *shd_cell_turns_of(const shd_moments *m) {

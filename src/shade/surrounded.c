@@ -59,8 +59,9 @@ static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
     shd_way_point point = {.at = &here};
     if (kernels && kernels->energies[material])
         point.energies = kernels->energies[material] + (term ? term - 1 : 0);
-    const shd_around_function f = {kernels ? sums[plan->isa] : sum_by_one, &point,
-                                   3 + 3 * (term > 0)};
+    const shd_around_function f = {
+        kernels ? sums[plan->isa] : sum_by_one, &point, 3 + 3 * (term > 0), plan->isa,
+        kernels && shd_ways32_hold(&point, from->map->most) ? &point : NULL};
     const shd_around_lobe lobe = {alone.model, term ? alone.lobes[0].shininess : 0, here.normal,
                                   here.view, here.mirror};
     double all[6][SHD_WAY_SUMS];

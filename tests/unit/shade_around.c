@@ -137,7 +137,7 @@ static double differ(const place *p, double a[ROWS][3], double b[ROWS][3]) {
 
 static void walk(const shd_surroundings *map, const shd_moments *moments, const place *p,
                  double out[ROWS][3]) {
-    const shd_around_function f = {shd_sum_ways_portable, &p->ways, p->rows};
+    const shd_around_function f = {shd_sum_ways_portable, &p->ways, p->rows, SHD_PORTABLE, NULL};
     const shd_around_lobe lobe = {p->material.model, p->lobe.shininess, p->at.normal, p->at.view,
                                   p->at.mirror};
     memset(out, 0, sizeof(double[ROWS][3]));
@@ -156,9 +156,11 @@ static double most_of(const shd_surroundings *map, const place *p) {
 
 static void walk_quickly(const shd_surroundings *map, const shd_moments *moments, const place *p,
                          double floor, double out[ROWS][3]) {
-    const shd_around_function f = {shd_sum_ways_portable, &p->ways, p->rows};
+    const shd_around_function f = {shd_sum_ways_portable, &p->ways, p->rows, SHD_PORTABLE,
+                                   &p->ways};
     const shd_around_lobe lobe = {p->material.model, p->lobe.shininess, p->at.normal, p->at.view,
                                   p->at.mirror};
+    assert_true(shd_ways32_hold(&p->ways, map->most));
     memset(out, 0, sizeof(double[ROWS][3]));
     shd_around_sum_quickly(map, moments, &lobe, &f, floor, out);
 }
