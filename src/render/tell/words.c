@@ -323,11 +323,15 @@ static void say_outputs(json_t *words, const shd_explained *e) {
 }
 
 static void say_tiers(json_t *words, const shd_explained *e) {
-    if (e->plan->extended && !e->plan->models32) return; /* the others are the same */
+    const char *own = shd_plan_tier_name(e->plan);
+    if (e->plan->extended && !e->plan->models32) {
+        if (!e->plan->glows) return; /* the others are the same */
+        own = shd_tier_names[SHD_STANDARD];
+    }
     for (int t = 0; t < e->tier_count; t++) {
         const shd_told_tier *tier = &e->tiers[t];
         char linear[SHD_BOUND_TEXT] = "an unknown sum";
-        if (!strcmp(tier->name, shd_plan_tier_name(e->plan))) continue;
+        if (!strcmp(tier->name, own)) continue;
         if (isfinite(tier->bound.linear)) shd_print_bound(tier->bound.linear, INFINITY, linear);
         say_line(words,
                  "Tier %s would take about %.2g ms and err by at most %s in linear components.",
@@ -338,6 +342,9 @@ static void say_tiers(json_t *words, const shd_explained *e) {
 json_t *shd_explain_words(const shd_explained *e) {
     json_t *words = json_array();
     say_tier(words, e);
+    if (e->plan->glows)
+        say_line(words,
+                 "Environments are summed less closely than where the tier exact is asked for.");
     say_bounds(words, e);
     say_cost(words, &e->cost, &e->trees);
     say_lights(words, e->plan);
