@@ -200,6 +200,12 @@ class Http(unittest.TestCase):
         total = self.explain(small)["milliseconds"]["total"]
         self.assertGreater(self.explain(huge)["milliseconds"]["total"], 10 * total)
 
+    def test_quarters_of_blocks_are_told_where_they_are_looked_at(self):
+        for samples, told in (8, True), (11, True), (12, False), (64, False):
+            words = self.explain({**SCENE, "image": {**SCENE["image"], "samples": samples}})["words"]
+            line = next(line for line in words if line.startswith("Samples: "))
+            self.assertEqual(("8 x 8" in line, "4 x 4" in line), (told, not told), line)
+
     def test_tiers_with_environments_are_told_apart(self):
         scene = {"image": SCENE["image"], "lights": [{"type": "environment", "map": "studio"}],
                  "objects": [{"type": "sphere", "material": {"specular": 1, "shininess": 20}}]}

@@ -4,6 +4,7 @@
 
 #include "bound/light/extended.h"
 #include "plan/bunches.h"
+#include "plan/nodes.h"
 #include "render/tell/lamps.h"
 #include "render/tell/words.h"
 #include "scene/surroundings.h"
@@ -295,9 +296,9 @@ static void say_samples(json_t *words, const shd_plan *plan) {
     else if (shd_plan_rules(plan, plan->tier) && !plan->bunches)
         say_line(words,
                  "Samples: all %d of every pixel, but 7 weighed ones, 4, or pixels' centers alone "
-                 "where a sphere or a plane fills 4 x 4 pixels and their mean is the same to f32's "
+                 "where a sphere or a plane fills %s pixels and their mean is the same to f32's "
                  "digits.",
-                 samples);
+                 samples, samples < SHD_FINE ? "8 x 8" : "4 x 4");
     else
         say_line(words, "Samples: all %d of every pixel.", samples);
 }
