@@ -6,6 +6,7 @@
 #include "plan/bend.h"
 
 enum { SHD_RULES = 3, SHD_NODES_MOST = 9, SHD_NODES_OWN = 4 + 7 };
+enum { SHD_FINE = 12 }; /* samples from which on quarters of blocks are worth a look */
 
 /* Weights add up to 1 and none is below 0, so that what samples err by does not add up. The mean is
  * that of the pattern for all polynomials of degree 2 in the place, and nearly for some above. */

@@ -200,6 +200,21 @@ class Http(unittest.TestCase):
         total = self.explain(small)["milliseconds"]["total"]
         self.assertGreater(self.explain(huge)["milliseconds"]["total"], 10 * total)
 
+    def test_quarters_of_blocks_are_told_where_they_are_looked_at(self):
+        for samples, told in (8, True), (11, True), (12, False), (64, False):
+            words = self.explain({**SCENE, "image": {**SCENE["image"], "samples": samples}})["words"]
+            line = next(line for line in words if line.startswith("Samples: "))
+            self.assertEqual(("8 x 8" in line, "4 x 4" in line), (told, not told), line)
+
+    def test_tiers_with_environments_are_told_apart(self):
+        scene = {"image": SCENE["image"], "lights": [{"type": "environment", "map": "studio"}],
+                 "objects": [{"type": "sphere", "material": {"specular": 1, "shininess": 20}}]}
+        said = "Environments are summed less closely than where the tier exact is asked for."
+        for tier in "standard", "exact":
+            words = self.explain({**scene, "accuracy": {"tier": tier}})["words"]
+            self.assertEqual((said in words, any(line.startswith("Tier exact would take") for line in words)),
+                             (tier == "standard",) * 2)
+
     def test_an_environment_is_summed_for_each_index_of_a_spectral_metal(self):
         scene = {"image": SCENE["image"], "spectral": {"channels": 90}, "lights": [{"type": "environment", "map": "sky"}]}
         costs = [self.explain({**scene, "objects": [{"type": "sphere", "material": {

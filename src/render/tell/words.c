@@ -4,6 +4,7 @@
 
 #include "bound/light/extended.h"
 #include "plan/bunches.h"
+#include "plan/nodes.h"
 #include "render/tell/lamps.h"
 #include "render/tell/words.h"
 #include "scene/surroundings.h"
@@ -295,9 +296,9 @@ static void say_samples(json_t *words, const shd_plan *plan) {
     else if (shd_plan_rules(plan, plan->tier) && !plan->bunches)
         say_line(words,
                  "Samples: all %d of every pixel, but 7 weighed ones, 4, or pixels' centers alone "
-                 "where a sphere or a plane fills 4 x 4 pixels and their mean is the same to f32's "
+                 "where a sphere or a plane fills %s pixels and their mean is the same to f32's "
                  "digits.",
-                 samples);
+                 samples, samples < SHD_FINE ? "8 x 8" : "4 x 4");
     else
         say_line(words, "Samples: all %d of every pixel.", samples);
 }
@@ -323,11 +324,15 @@ static void say_outputs(json_t *words, const shd_explained *e) {
 }
 
 static void say_tiers(json_t *words, const shd_explained *e) {
-    if (e->plan->extended && !e->plan->models32) return; /* the others are the same */
+    const char *own = shd_plan_tier_name(e->plan);
+    if (e->plan->extended && !e->plan->models32) {
+        if (!e->plan->glows) return; /* the others are the same */
+        own = shd_tier_names[SHD_STANDARD];
+    }
     for (int t = 0; t < e->tier_count; t++) {
         const shd_told_tier *tier = &e->tiers[t];
         char linear[SHD_BOUND_TEXT] = "an unknown sum";
-        if (!strcmp(tier->name, shd_plan_tier_name(e->plan))) continue;
+        if (!strcmp(tier->name, own)) continue;
         if (isfinite(tier->bound.linear)) shd_print_bound(tier->bound.linear, INFINITY, linear);
         say_line(words,
                  "Tier %s would take about %.2g ms and err by at most %s in linear components.",
@@ -338,6 +343,9 @@ static void say_tiers(json_t *words, const shd_explained *e) {
 json_t *shd_explain_words(const shd_explained *e) {
     json_t *words = json_array();
     say_tier(words, e);
+    if (e->plan->glows)
+        say_line(words,
+                 "Environments are summed less closely than where the tier exact is asked for.");
     say_bounds(words, e);
     say_cost(words, &e->cost, &e->trees);
     say_lights(words, e->plan);

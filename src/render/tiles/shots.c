@@ -87,8 +87,6 @@ static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scra
 
 /* ---- Rules. ---- */
 
-enum { FINE = 12 }; /* samples from which on quarters are worth a look */
-
 /* What a block's parts take: a rule, plus 1, or all samples, or no ray at all. */
 enum { TAKE_ALL = 0, TAKE_NONE = 255 };
 
@@ -153,7 +151,7 @@ static bool find_rules(const shd_scenery *scenery, size_t block, const shd_tile_
     const unsigned fit = shd_sight_expand(scenery->sight, &s->survey, block, SHD_WHOLE, &a)
                              ? shd_find_rules(plan, &a, s->rules, s->rule_count, 1)
                              : 0;
-    if (!fit && plan->scene->raster.samples >= FINE) return find_parts(scenery, block, s, out);
+    if (!fit && plan->scene->raster.samples >= SHD_FINE) return find_parts(scenery, block, s, out);
     if (!fit) return false;
     memset(out->takes[block], taken(fit), SHD_QUARTERS);
     out->whole[block] = true;
