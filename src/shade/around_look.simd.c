@@ -11,6 +11,8 @@ static const float LEAST = 8e-7F;
 /* What nodes are off where the lobe has a kink, by how far the block reaches, of what the kink is
  * wide; and where the horizon ends it in a kink, or as off a cliff. */
 static const float KINK = 0.06F, HORIZON = 0.1F, CLIFF = 0.7F;
+/* The same of facets, whose G over N.V is steeper. */
+static const float FACETS_KINK = 0.15F, FACETS_HORIZON = 0.25F;
 
 /* What f32 may be off a tangent; and the square of one that is as good as infinite. */
 static const float BLUR = 5e-4F, UPRIGHT = 1e12F;
@@ -130,9 +132,9 @@ SHD_INLINE void open_facets(const shd_lobe_view *view, const place *at, look *ou
                      shd_vf_gt_in(shd_vf_gt(steep * reach, absolute(by_light)), v + reach, side),
                  third = shd_vf_gt_in(shd_vf_gt(reach, absolute(side - v)), turned, by_view),
                  near = shd_mf_or(shd_mf_or(first, second), third);
-    out->kink = if_in(near, shd_vf_set(KINK) * off);
-    out->kink = shd_vf_select(shd_vf_gt(reach, side), shd_vf_max(out->kink, shd_vf_set(HORIZON)),
-                              out->kink);
+    out->kink = if_in(near, shd_vf_set(FACETS_KINK) * off);
+    out->kink = shd_vf_select(shd_vf_gt(reach, side),
+                              shd_vf_max(out->kink, shd_vf_set(FACETS_HORIZON)), out->kink);
 }
 
 SHD_INLINE void look_at_mirror(const shd_lobe_view *v, place *at, look *out) {

@@ -13,13 +13,14 @@ enum { SEEN_MOST = 640, PARTS = 4, CELLS_MOST = 16, DEEPEST = 9 };
  * peak is left. */
 static const float FINE = 1, NEAR = 0.03F;
 
-/* So many blocks share what the sum may be off by, and more those with kinks; what is less than
- * this part of that is left out. */
-static const double SHARES = 3, KINKS = 2, NOTHING = 0.03;
+/* So many blocks share what the sum may be off by, and more those with kinks: hundreds along the
+ * horizon. Hundreds may also have less than one part of that, and count by the fewest nodes; what
+ * is less than another is left out, of thousands of blocks, and of more cells. */
+static const double SHARES = 3, KINKS = 8, LITTLE = 0.03, NOTHING = 3e-4, OF_CELL = 1.0 / 64;
 
-/* Polynomials over blocks and cells are better than derivatives say, by so much at least: more
- * where a power, from that one on, is all that the lobe is made of. */
-static const double LOOSE = 2, POWERS = 16, POWERS_LOOSE = 4, CELLS_LOOSE = 6, CELLS_KINKS = 0.5;
+/* Polynomials over cells are better than derivatives say, by so much at least; and those over
+ * blocks where a power, from that one on, is all that the lobe is made of. */
+static const double POWERS = 16, POWERS_LOOSE = 2, CELLS_LOOSE = 6, CELLS_KINKS = 0.5;
 
 /* The same as shd_looks, of one place. */
 typedef struct glance {
@@ -89,8 +90,7 @@ static shd_lobe_view view_lobe(const shd_around_lobe *lobe) {
 static double loose_of(const shd_around_lobe *lobe) {
     const bool power =
         lobe->model == SHD_MODEL_BLINN_PHONG || lobe->model == SHD_MODEL_PHONG_NORMALIZED;
-    if (power && lobe->sharpness >= POWERS) return POWERS_LOOSE;
-    return lobe->model == SHD_MODEL_BLINN_PHONG ? 1 : LOOSE; /* there is much along its cliff */
+    return power && lobe->sharpness >= POWERS ? POWERS_LOOSE : 1;
 }
 
 static const shd_moment_block *block_at(const quick *q, int level, int column, int row) {
@@ -292,6 +292,7 @@ static void light_of(const part *p, float light[3]) {
                                     larger_of(p->lower[p->left + k], p->lower[p->right + k]));
 }
 
+static const shd_gauss_node middle[1] = {{0.5, 1}};
 static void add_part(quick *q, const part *p, const shd_gauss_node *nodes, int n) {
     shd_turned turns[3];
     for (int e = 0; e < n; e++)
@@ -332,7 +333,12 @@ static bool take_part(quick *q, const part *p, const glance *look, bool last) {
     float light[3];
     light_of(p, light);
     const double most = look->near * look->high, x = look->square, worth = worth_of(q, most, light);
-    if (worth <= NOTHING / 4) return true;
+    if (worth <= NOTHING * OF_CELL) return true;
+    if (worth <= LITTLE / 4) {
+        const int n = look->kink > 0 ? 2 : 1;
+        add_part(q, p, n == 1 ? middle : shd_gauss2, n);
+        return true;
+    }
     const bool cliff = q->lobe->model == SHD_MODEL_BLINN_PHONG;
     const double allowed = CELLS_LOOSE * allowed_of(look, worth, cliff ? KINKS : CELLS_KINKS);
     const bool few = 0.04 * x * sqrt(x) <= allowed;
@@ -395,6 +401,10 @@ static bool take_block(quick *q, const seen_block *s) {
     const glance *look = &s->look;
     const double worth = worth_of(q, look->near * look->high, s->block->light), x = look->square;
     if (worth <= NOTHING) return true;
+    if (worth <= LITTLE) {
+        add_block(q, s, 0);
+        return true;
+    }
     const double off[SHD_MOMENT_ORDERS] = {0.25 * x, 7.8e-3 * x * x, 1.6e-4 * x * x * x,
                                            2.6e-6 * x * x * x * x},
                  allowed = q->loose * allowed_of(look, worth, KINKS);

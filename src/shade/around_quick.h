@@ -4,7 +4,7 @@
  * lobe's width: that tells which part of the lobe's peak each block has at most and at least, and
  * so what the sum is at least. Then each counts by the fewest nodes with which what it may be off
  * is nothing beside that sum, or beside its own share: blocks that hold little light, or where the
- * lobe is faint, count by few, and those that are less than nothing are left out. Blocks that the
+ * lobe is faint, count by few, and those that are next to nothing are left out. Blocks that the
  * horizon or a kink of the lobe goes through, and others for which no nodes are enough, are halved
  * both ways, and at last are cells between texels and parts of them.
  *

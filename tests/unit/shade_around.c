@@ -329,11 +329,46 @@ static void quick_walks_are_as_long_ones(void **state) {
     }
 }
 
+/* In maps as fine as they may be, hundreds of blocks along the horizon are off together, and
+ * thousands hold little each. */
+static void fine_maps_are_no_worse(void **state) {
+    (void)state;
+    enum { FINE_HIGH = 256, FINE_WIDE = 2 * FINE_HIGH, PLACES = 24 };
+    float *all = malloc(sizeof(float[FINE_HIGH][FINE_WIDE][3]));
+    for (int i = 0; i < 3 * FINE_HIGH * FINE_WIDE; i++) {
+        const int row = i / 3 / FINE_WIDE;
+        all[i] = row < 60 || row >= FINE_HIGH - 60;
+    }
+    shd_surroundings map = {.name = "caps", .width = FINE_WIDE, .height = FINE_HIGH, .texels = all};
+    assert_true(shd_surroundings_measure(&map, true, NULL));
+    shd_moments *moments = aligned_alloc(64, shd_moments_size(&map));
+    assert_true(shd_moments_make(&map, NULL, moments));
+    static const struct {
+        shd_model model;
+        double sharpness;
+    } rough[] = {{SHD_MODEL_BLINN_PHONG, 1},
+                 {SHD_MODEL_COOK_TORRANCE, 1},
+                 {SHD_MODEL_OREN_NAYAR, SHD_PI / 3}};
+    double worst = 0;
+    for (int k = 0; k < 3 * PLACES; k++) {
+        place p;
+        double found[ROWS][3];
+        stand(&p, rough[k % 3].model, rough[k % 3].sharpness,
+              direction(acos(2 * uniform() - 1), 6.3 * uniform()), 0.05 + 0.95 * uniform(),
+              6.3 * uniform());
+        walk(&map, moments, &p, found);
+        worst = fmax(worst, check_quick(&map, moments, &p, found, found, map.name));
+    }
+    assert_true(worst < 0.8);
+    free(moments);
+    free(all);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_texel_is_as_its_parts),    cmocka_unit_test(noise_is_as_all_texels),
         cmocka_unit_test(blocks_are_as_their_cells),    cmocka_unit_test(blocks_hold_all_light),
-        cmocka_unit_test(quick_walks_are_as_long_ones),
+        cmocka_unit_test(quick_walks_are_as_long_ones), cmocka_unit_test(fine_maps_are_no_worse),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
