@@ -16,11 +16,12 @@ static const float FINE = 1, NEAR = 0.03F;
 /* So many blocks share what the sum may be off by, and more those with kinks: hundreds along the
  * horizon. Hundreds may also have less than one part of that, and count by the fewest nodes; what
  * is less than another is left out, of thousands of blocks, and of more cells. */
-static const double SHARES = 3, KINKS = 8, LITTLE = 0.03, NOTHING = 3e-4, OF_CELL = 1.0 / 64;
+static const double SHARES = 4, KINKS = 8, LITTLE = 0.03, NOTHING = 3e-4, OF_CELL = 1.0 / 64;
 
 /* Polynomials over cells are better than derivatives say, by so much at least; and those over
- * blocks where a power, from that one on, is all that the lobe is made of. */
-static const double POWERS = 16, POWERS_LOOSE = 2, CELLS_LOOSE = 6, CELLS_KINKS = 0.5;
+ * blocks where a power, from that one on, is all that the lobe is made of. Facets' are worse. */
+static const double POWERS = 16, POWERS_LOOSE = 2, FACETS_LOOSE = 0.25, CELLS_LOOSE = 6,
+                    CELLS_KINKS = 0.5;
 
 /* The same as shd_looks, of one place. */
 typedef struct glance {
@@ -88,9 +89,8 @@ static shd_lobe_view view_lobe(const shd_around_lobe *lobe) {
 }
 
 static double loose_of(const shd_around_lobe *lobe) {
-    const bool power =
-        lobe->model == SHD_MODEL_BLINN_PHONG || lobe->model == SHD_MODEL_PHONG_NORMALIZED;
-    return power && lobe->sharpness >= POWERS ? POWERS_LOOSE : 1;
+    if (lobe->model == SHD_MODEL_COOK_TORRANCE) return FACETS_LOOSE;
+    return lobe->sharpness >= POWERS ? POWERS_LOOSE : 1; /* no sigma is as much */
 }
 
 static const shd_moment_block *block_at(const quick *q, int level, int column, int row) {
