@@ -262,8 +262,8 @@ static part cell_at(const quick *q, int i, int j) {
                   .lower = map->texels + 3 * wide * (size_t)(j < h ? j : h - 1),
                   .left = 3 * (size_t)i,
                   .right = 3 * (((size_t)i + 1) % wide),
-                  .turn = shd_cell_turns_of(q->moments)[SHD_CELL_NODES * i],
-                  .down = shd_cell_downs_of(q->moments)[SHD_CELL_NODES * j],
+                  .turn = shd_cell_turns_of(q->moments)[i],
+                  .down = shd_cell_downs_of(q->moments)[j],
                   .wide = 2 * SHD_PI / map->width,
                   .high = (j > 0 && j < h ? 1 : 0.5) * SHD_PI / h,
                   .size = 1};

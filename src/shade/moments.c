@@ -61,9 +61,9 @@ static void lay_out(const shd_surroundings *map, shd_moments *out) {
         at += padded_to((size_t)l->columns * (size_t)l->rows * sizeof(shd_moment_block));
     }
     out->cell_turns_at = at;
-    at += padded_to((size_t)w * SHD_CELL_NODES * sizeof(shd_turned));
+    at += padded_to((size_t)w * sizeof(shd_turned));
     out->cell_downs_at = at;
-    at += padded_to(((size_t)h + 1) * SHD_CELL_NODES * sizeof(shd_turned));
+    at += padded_to(((size_t)h + 1) * sizeof(shd_turned));
     out->bytes = at;
 }
 
@@ -239,21 +239,15 @@ static void place_nodes(const node_set *set, shd_moments *m, const shd_moment_le
     }
 }
 
-static void place_cell(double from, double step, shd_turned out[SHD_CELL_NODES]) {
-    out[0] = turned(from + step / 2);
-    for (int k = 0; k < 2; k++) out[1 + k] = turned(from + step * shd_gauss2[k].at);
-    for (int k = 0; k < 3; k++) out[3 + k] = turned(from + step * shd_gauss3[k].at);
-}
-
 static void place_cells(shd_moments *m) {
     const int w = m->width, h = m->height;
     shd_turned *turns = (shd_turned *)(void *)((char *)m + m->cell_turns_at),
                *downs = (shd_turned *)(void *)((char *)m + m->cell_downs_at);
-    for (int i = 0; i < w; i++)
-        place_cell(shd_cell_turn(w, i), 2 * SHD_PI / w, turns + SHD_CELL_NODES * i);
-    for (int j = 0; j <= h; j++)
-        place_cell(shd_cell_down(h, j), shd_cell_down(h, j + 1) - shd_cell_down(h, j),
-                   downs + SHD_CELL_NODES * j);
+    for (int i = 0; i < w; i++) turns[i] = turned(shd_cell_turn(w, i) + 2 * SHD_PI / w / 2);
+    for (int j = 0; j <= h; j++) {
+        const double from = shd_cell_down(h, j);
+        downs[j] = turned(from + (shd_cell_down(h, j + 1) - from) / 2);
+    }
 }
 
 static bool is_grey(const shd_surroundings *map) {

@@ -24,7 +24,6 @@
 enum {
     SHD_MOMENT_ORDERS = 4,
     SHD_MOMENT_LEVELS = 4,
-    SHD_CELL_NODES = 6,
     SHD_MOMENT_SIDE = 2 + 4 + 6 + 8,
     SHD_MOMENT_NODES = 4 + 16 + 36 + 64
 };
@@ -63,8 +62,7 @@ typedef struct shd_moments {
     int32_t width, height, level_count;
     int32_t grey; /* 1: the three channels are the same everywhere, else 0 */
     shd_moment_level levels[SHD_MOMENT_LEVELS]; /* the finest first */
-    /* shd_turned [width][SHD_CELL_NODES], [height + 1][..]: of each column and row of cells the
-     * middle, and the nodes of Gauss' rules of 2 and of 3 points. */
+    /* shd_turned [width], [height + 1]: the middles of columns and rows of cells. */
     uint64_t cell_turns_at, cell_downs_at;
     uint64_t bytes;
 } shd_moments;

@@ -261,6 +261,13 @@ static point aim(const document *d, real x, real y, point *from) {
     return d->orthographic ? along : unit(add(across, along));
 }
 
+static const meeting *nearest_of(const meetings *list) {
+    const meeting *nearest = NULL;
+    for (int i = 0; i < list->count; i++)
+        if (!nearest || list->list[i].c.t < nearest->c.t) nearest = &list->list[i];
+    return nearest;
+}
+
 /* What is seen through a point of the picture; true: a second surface is as near. */
 static bool look(const model *whole, real x, real y, candidate *out) {
     const document *d = &whole->d;
@@ -268,9 +275,7 @@ static bool look(const model *whole, real x, real y, candidate *out) {
     const point ray = aim(d, x, y, &o);
     meetings list;
     meet(d, o, ray, &list);
-    const meeting *nearest = NULL;
-    for (int i = 0; i < list.count; i++)
-        if (!nearest || list.list[i].c.t < nearest->c.t) nearest = &list.list[i];
+    const meeting *nearest = nearest_of(&list);
     *out = candidate_of(whole, nearest, ray);
     bool tied = false;
     for (int i = 0; i < list.count; i++) {
@@ -309,9 +314,7 @@ static void look_behind(const model *whole, real x, real y, candidate *range) {
     const point ray = aim(d, x, y, &o);
     meetings list;
     meet(d, o, ray, &list);
-    const meeting *nearest = NULL, *next = NULL;
-    for (int i = 0; i < list.count; i++)
-        if (!nearest || list.list[i].c.t < nearest->c.t) nearest = &list.list[i];
+    const meeting *nearest = nearest_of(&list), *next = NULL;
     for (int i = 0; nearest && i < list.count; i++)
         if (list.list[i].thing != nearest->thing && (!next || list.list[i].c.t < next->c.t))
             next = &list.list[i];
