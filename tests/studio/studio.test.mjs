@@ -314,7 +314,7 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
         [old, now] = await change(SCENE, async () => {
             await stage.hover();
             await studio.page.mouse.wheel(0, -400);
-            await studio.page.waitForTimeout(400);
+            await studio.page.waitForFunction(() => studio.store.scene.camera);
         });
         assert.ok(now.object > old.object * 1.3);
         [old, now] = await change(SCENE, async () => { await stage.focus(); await studio.page.keyboard.press("-"); });
