@@ -24,7 +24,7 @@ FORMATS = ("png", "jpeg", "webp", "tiff", "exr", "hdr")
 EXAMPLES = [json.loads(path.read_text())
             for path in sorted((SOURCE / "api/examples").glob("*.json"))]
 # The same work in both halves, but for a color, so that the caches have something to forget.
-SIZE = {"width": 96, "height": 64, "samples": 2}
+SIZE = {"width": 48, "height": 32, "samples": 1} if SANITIZED else {"width": 96, "height": 64, "samples": 2}
 LEFT = {**SMALL, "image": {"width": 1200, "height": 1200, "samples": 16},
         "accuracy": {"tier": "exact"}}
 
