@@ -367,8 +367,7 @@ std::string folder_of(const std::string &path) {
 
 } // namespace
 
-shd_status shd_color_config_load(const char *path, bool ready, shd_color_config **out,
-                                 shd_error *error) {
+shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_error *error) {
     const char *where = path ? path : "";
     return guarded(SHD_CONFIG, where, error, [&]() -> shd_status {
         quiet_the_process();
@@ -400,7 +399,7 @@ shd_status shd_color_config_load(const char *path, bool ready, shd_color_config 
             config->ocio = with_aces_2(config->ocio);
         }
         fill_catalog(config.get());
-        if (path || ready) make_all(config.get());
+        if (path) make_all(config.get());
         status = digest(config.get(), path ? built_in + text : built_in + built_in, files, error);
         if (status == SHD_OK) *out = config.release();
         return status;

@@ -14,8 +14,8 @@ namespace {
 // Pixels that are handed to OpenColorIO at a time; their alphas are kept on the stack meanwhile.
 constexpr size_t block = 1024;
 
-// Bytes, more than the making of a transform takes.
-constexpr size_t room_to_make = 4u << 20;
+// Bytes, more than the making of a transform takes (of tables for PQ: 4 MB).
+constexpr size_t room_to_make = 8u << 20;
 
 // The transform for `key`; `make` makes it if it is not there yet.
 template <typename Make>

@@ -69,12 +69,6 @@ static size_t spare_bytes(const shd_engine_options *options, unsigned threads) {
     return most < options->limits.memory ? most : options->limits.memory;
 }
 
-/* Whoever has a queue has clients who would wait for transforms. */
-static shd_status load_colors(const shd_engine_options *options, shd_color_config **out,
-                              shd_error *error) {
-    return shd_color_config_load(options->ocio_config, options->queue > 0, out, error);
-}
-
 static shd_status add_materials(shd_engine *engine, const char *path, shd_error *error) {
     char *text = NULL;
     size_t length = 0;
@@ -144,7 +138,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     };
     pthread_mutex_init(&engine->reading, NULL);
     shd_status status = engine->spares && engine->tiles
-                            ? load_colors(options, &engine->color, error)
+                            ? shd_color_config_load(options->ocio_config, &engine->color, error)
                             : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     if (status == SHD_OK) status = load_materials(engine, options->materials, error);
     if (status == SHD_OK) status = open_assets(options, engine, error);
@@ -181,7 +175,7 @@ shd_status shd_engine_renew(const shd_engine *first, const shd_engine_options *o
     engine->library = NULL;
     engine->assets = NULL;
     pthread_mutex_init(&engine->reading, NULL);
-    shd_status status = load_colors(options, &engine->color, error);
+    shd_status status = shd_color_config_load(options->ocio_config, &engine->color, error);
     if (status == SHD_OK) status = load_materials(engine, options->materials, error);
     if (status == SHD_OK) status = open_assets(options, engine, error);
     if (status == SHD_OK)

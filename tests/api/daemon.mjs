@@ -10,6 +10,9 @@ import { createInterface } from "node:readline";
 const LIMITS = ["--max-pixels", "4096", "--max-samples", "16384", "--max-triangles", "60000",
                 "--max-body", "1000000"];
 
+// No request runs into a deadline because the machine is slow.
+const PATIENT = { SHADED_TIMEOUT: "600", SHADED_BODY_TIME: "600", SHADED_SEND_TIME: "600" };
+
 export class Daemon {
     static async start(...flags) {
         const daemon = new Daemon();
@@ -17,7 +20,7 @@ export class Daemon {
         daemon.process = spawn(`${process.env.SHADED_BUILD}/shaded`,
                                ["--listen", "127.0.0.1:0", "--admin", "off", "--log-requests", "off",
                                 ...LIMITS, ...flags],
-                               { stdio: ["ignore", "ignore", "pipe"], env: Object.fromEntries(clean) });
+                               { stdio: ["ignore", "ignore", "pipe"], env: { ...Object.fromEntries(clean), ...PATIENT } });
         daemon.ended = once(daemon.process, "exit");
         daemon.log = [];
         daemon.agent = new http.Agent({ keepAlive: true, maxSockets: 1 });

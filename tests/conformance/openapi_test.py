@@ -696,7 +696,7 @@ class ServerTest(unittest.TestCase):
             self.check(daemon.post("/v1/brdf", many), "/v1/brdf", "post", "504")
             self.check(daemon.post(DIFF, {"a": ENDLESS, "b": ENDLESS}), DIFF, "post", "504")
             large = {"image": {"width": 1024, "height": 1024, "samples": 16}, "objects": [{"type": "sphere"}]}
-            photo = daemon.render({**large, "objects": [], "output": {"format": "webp", "quality": 100}}).body
+            photo = self.daemon.render({**large, "objects": [], "output": {"format": "webp", "quality": 100}}).body
             self.put_asset(daemon, "201", photo)
             name = "sha256-" + hashlib.sha256(photo).hexdigest()
             self.check(daemon.post(FIT, {"scene": large, "photo": name}), FIT, "post", "504")

@@ -71,7 +71,7 @@ class ProxiesTest(Folder):
         self.assertEqual({variable["name"] for variable in container["env"]}, set(POD))
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as server:
             server.bind(("127.0.0.1", 0))
-            server.settimeout(60)
+            server.settimeout(500)
             path = self.folder / "haproxy.cfg"
             path.write_text((KUBERNETES / "hashed/haproxy.cfg").read_text()
                             .replace("parse-resolv-conf",
@@ -156,7 +156,7 @@ class KubernetesTest(unittest.TestCase):
         copy = Path(folder.name) / "kubernetes"
         shutil.copytree(KUBERNETES, copy)
         done = subprocess.run([copy / "pin", *words], env={**environment(), "PATH": PLACES},
-                              capture_output=True, text=True, timeout=120, check=False)
+                              capture_output=True, text=True, timeout=500, check=False)
         return done.returncode, done.stderr, copy / "pinned"
 
     def test_images_are_pinned_to_digests(self):
@@ -269,7 +269,7 @@ class KubernetesTest(unittest.TestCase):
                 words = [re.sub(r"^/(usr/bin|scenes|pictures)/?", "", word).replace("$(SHARD)", str(index))
                          for word in command]
                 words[words.index("-o") + 1] = "pictures"
-                done = subprocess.run([BUILD / words[0], *words[1:]], cwd=folder, timeout=300,
+                done = subprocess.run([BUILD / words[0], *words[1:]], cwd=folder, timeout=500,
                                       capture_output=True, text=True, check=False)
                 self.assertEqual((done.returncode, done.stderr), (0, ""))
             self.assertEqual(sorted(path.name for path in Path(folder, "pictures").iterdir()),

@@ -91,7 +91,7 @@ class SeccompTest(unittest.TestCase):
                   "    try: call(); print('done')\n"
                   "    except OSError as error: print(error.errno)\n")
         done = subprocess.run([sys.executable, __file__, "confine", sys.executable, "-c", script],
-                              capture_output=True, text=True, timeout=60, check=False)
+                              capture_output=True, text=True, timeout=500, check=False)
         self.assertEqual(done.stdout.split(), ["38", "38", "38"], done.stderr)
 
 

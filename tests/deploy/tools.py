@@ -35,7 +35,7 @@ def run(*command, cwd=None, **variables):
     done = subprocess.run([find(command[0]), *map(str, command[1:])], cwd=cwd,
                           env={**environment(), **variables},
                           stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-                          stderr=subprocess.STDOUT, text=True, timeout=120, check=False)
+                          stderr=subprocess.STDOUT, text=True, timeout=500, check=False)
     if done.returncode:
         raise AssertionError(f"{' '.join(map(str, command))}: exit {done.returncode}\n{done.stdout}")
     return done.stdout

@@ -62,7 +62,7 @@ class TokenTest(Folder):
             self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
 
     def test_hashes_names_and_ends(self):
-        ends = int(time.time()) + 8
+        ends = int(time.time()) + 3
         end = time.strftime(" expires=%Y-%m-%dT%H:%M:%SZ", time.gmtime(ends))
         path = self.file(line("ci", FIRST) + f"{SECOND}\n" + line("ci", THIRD, end) +
                          line("old", "an-old-token-0123", " expires=2020-02-29T00:00:00Z") +

@@ -22,7 +22,7 @@ STAGES = {"parse", "plan", "visibility", "shade", "color", "encode"}
 def run(name, arguments, jobs):
     lines = "".join(json.dumps(job) + "\n" for job in jobs)
     return subprocess.run([BUILD / f"tests/bench_{name}", *arguments], input=lines.encode(),
-                          capture_output=True, env=environment(), timeout=120, check=False)
+                          capture_output=True, env=environment(), timeout=500, check=False)
 
 
 def small(**more):

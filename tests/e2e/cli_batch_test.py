@@ -137,7 +137,7 @@ class BatchTest(Case):
             self.assertIsNone(process.poll())
             time.sleep(0.02)
         process.send_signal(signal.SIGTERM)
-        _, told = process.communicate(timeout=120)
+        _, told = process.communicate(timeout=500)
         self.assertEqual((process.returncode, told), (-signal.SIGTERM, b""))
         self.assertEqual(self.made(), ["000001.png"])
 

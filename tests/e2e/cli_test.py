@@ -14,7 +14,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from daemon import BUILD, SANITIZED, SMALL, Daemon, wait_until_at_work
+from daemon import BUILD, PATIENCE, SANITIZED, SMALL, Daemon, wait_until_at_work
 
 SHADE = str(BUILD / "shade")
 
@@ -45,7 +45,7 @@ class Case(unittest.TestCase):
         return name
 
     def shade(self, *arguments, **options):
-        options.setdefault("timeout", 120)
+        options.setdefault("timeout", PATIENCE)
         return subprocess.run([SHADE, *arguments], cwd=self.folder, capture_output=True,
                               check=False, **options)
 
@@ -180,7 +180,7 @@ class Render(Case):
         self.assertEqual(self.shade("render", scene, "-o", "a.jpg").returncode, 0)
         # Told before the work is done, not after it.
         scene = self.scene(dict(LONG, output={"format": "jpeg"}))
-        self.assert_fails(self.shade("render", scene, "-o", "b.png", timeout=20), 2, "jpeg", "b.png")
+        self.assert_fails(self.shade("render", scene, "-o", "b.png"), 2, "jpeg", "b.png")
         self.assertEqual(self.files(), ["a.jpg"])
 
     def test_name_without_suffix_leaves_the_format_to_the_scene(self):
@@ -302,7 +302,7 @@ class Files(Case):
                                    cwd=self.folder, stderr=subprocess.PIPE)
         wait_until_at_work(process)
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=60)
+        process.communicate(timeout=500)
         self.assertEqual(process.returncode, -signal.SIGINT)
         self.assertEqual(self.files(), [])
 

@@ -149,7 +149,7 @@ class Cli(Folder):
 
     def shade(self, *arguments, **options):
         return subprocess.run([SHADE, "compare", *arguments], cwd=self.folder, check=False,
-                              capture_output=True, timeout=120, **options)
+                              capture_output=True, timeout=500, **options)
 
     def files(self):
         return sorted(os.listdir(self.folder))
@@ -183,7 +183,7 @@ class Cli(Folder):
             (self.folder / "scene.json").write_bytes(body)
             run = self.shade("scene.json", "-o", "out.json")
             check = subprocess.run([SHADE, "check", "scene.json"], cwd=self.folder, check=False,
-                                   capture_output=True, timeout=60)
+                                   capture_output=True, timeout=500)
             self.assertEqual((run.returncode, run.stdout), (1, b""), body)
             self.assertEqual((check.returncode, check.stderr), (1, run.stderr))
         self.assertEqual(self.files(), ["scene.json"])
@@ -208,7 +208,7 @@ class Cli(Folder):
                                    cwd=self.folder, stderr=subprocess.PIPE)
         wait_until_at_work(process)
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=60)
+        process.communicate(timeout=500)
         self.assertEqual(process.returncode, -signal.SIGINT)
         self.assertEqual(self.files(), ["scene.json"])
 

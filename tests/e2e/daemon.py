@@ -3,6 +3,7 @@
 import http.client
 import json
 import os
+import re
 import signal
 import socket
 import subprocess
@@ -18,6 +19,8 @@ SHADED = str(BUILD / "shaded")
 
 # Seconds until a test gives up, on the slowest machine. Nothing is held to be fast or slow.
 PATIENCE = 500
+# The daemon's own limits that a slow machine might run into; a test that is about one says it itself.
+PATIENT = {"timeout": "600", "body-time": "600", "send-time": "600"}
 JSON = {"Content-Type": "application/json"}
 SMALL = {"objects": [{"type": "sphere"}], "image": {"width": 16, "height": 12, "samples": 1}}
 # Some work, sanitized or not: a second of it, or a hundredth.
@@ -43,6 +46,14 @@ def environment(**more):
     return {**clean, **more}
 
 
+def patient(flags, env):
+    """PATIENT as variables. Flags win over these, but a test's file would not."""
+    file = flags[flags.index("--config") + 1] if "--config" in flags else env.get("SHADED_CONFIG")
+    text = Path(file).read_text(errors="replace") if file and Path(file).is_file() else ""
+    return {"SHADED_" + name.upper().replace("-", "_"): value for name, value in PATIENT.items()
+            if not re.search(rf"^\s*{name}\s*=", text, re.MULTILINE)}
+
+
 class UnixConnection(http.client.HTTPConnection):
     def connect(self):
         self.sock = socket.socket(socket.AF_UNIX)
@@ -66,8 +77,10 @@ class Daemon:
                  program=SHADED, pass_fds=()):
         places = (["--listen", listen] if listen else []) + (["--admin", admin] if admin else [])
         start = program if isinstance(program, list) else [program]  # with words before it
+        given = env or {}
         self.process = subprocess.Popen([*start, *places, *flags], stdin=subprocess.DEVNULL,
-                                        stderr=subprocess.PIPE, pass_fds=pass_fds, env=environment(**(env or {})))
+                                        stderr=subprocess.PIPE, pass_fds=pass_fds,
+                                        env=environment(**{**patient(flags, given), **given}))
         self.pid = self.process.pid
         self.lines = []
         self.parsed, self.parsed_lines = [], 0

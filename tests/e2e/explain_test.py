@@ -293,7 +293,7 @@ class Cli(Folder):
 
     def shade(self, *arguments, **options):
         return subprocess.run([SHADE, "explain", *arguments], cwd=self.folder, check=False,
-                              capture_output=True, timeout=60, **options)
+                              capture_output=True, timeout=500, **options)
 
     def on_terminal(self, *arguments):
         """What is written to a terminal."""
@@ -307,7 +307,7 @@ class Cli(Folder):
         except OSError:  # what a terminal says at its end
             pass
         os.close(ours)
-        self.assertEqual(process.wait(timeout=60), 0)
+        self.assertEqual(process.wait(timeout=500), 0)
         return text.decode().replace("\r\n", "\n")
 
     def test_programs_read_json_and_people_words(self):
@@ -337,7 +337,7 @@ class Cli(Folder):
             self.assertEqual(self.shade(*arguments).returncode, 2)
         for command in (["compare"], ["render", "-o", "out.png"]):
             run = subprocess.run([SHADE, *command, "scene.json", "--json"], cwd=self.folder,
-                                 check=False, capture_output=True, timeout=60)
+                                 check=False, capture_output=True, timeout=500)
             self.assertEqual(run.returncode, 2, command)
             self.assertIn(b"--json is for explain", run.stderr)
 

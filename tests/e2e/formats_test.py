@@ -77,7 +77,7 @@ class WithoutOpenImageIO(unittest.TestCase):
         for name in MISSING:
             out = Path(self.folder.name, "out." + name)
             done = subprocess.run([self.shade, "render", str(scene), "-o", str(out)], text=True,
-                                  capture_output=True, env=environment(), check=False, timeout=60)
+                                  capture_output=True, env=environment(), check=False, timeout=500)
             self.assertEqual(done.returncode, 1, done.stderr)
             self.assertIn(f"no {name} pictures are made here: OpenImageIO is not installed",
                           done.stderr)
@@ -131,7 +131,7 @@ class WithoutItsLibraries(unittest.TestCase):
         (self.folder / "scene.json").write_text(json.dumps(SMALL))
         done = subprocess.run([self.folder / "shade", "render", "scene.json", "-o", "out.exr"],
                               cwd=self.folder, capture_output=True, env=environment(), text=True,
-                              check=False, timeout=60)
+                              check=False, timeout=500)
         self.assertEqual(done.returncode, 1, done.stderr)
         self.assertIn("OpenImageIO is not installed: libOpenImageXX.so", done.stderr)
         self.assertFalse((self.folder / "out.exr").exists())

@@ -347,7 +347,7 @@ class HaproxyTest(Proxied):
         wait_until(lambda: sum(map(rendered, replicas)) >= 1)
         # One connection: on it a request is over for haproxy when the next one comes, which else
         # might find its replica at work for more than its share.
-        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
+        connection = http.client.HTTPConnection("127.0.0.1", port, timeout=500)
         self.addCleanup(connection.close)
         for number in range(12):
             before = [rendered(daemon) for daemon in replicas]

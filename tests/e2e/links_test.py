@@ -97,11 +97,14 @@ class LinkTest(Test):
             self.assertEqual(self.picture(self.daemon, link_of(named, suffix)).body, posted.body)
         for path in sorted((SOURCE / "api/examples").glob("*.json")):
             scene = json.loads(path.read_text())
+            scene["image"] = {"width": 24, "height": 18, "samples": 1}
             target = link_of(scene)
             if "outputs" in scene or scene.get("output", {}).get("format", "png") != "png" or \
                     len(target) > 8000:
                 continue
-            self.assertEqual(self.daemon.get(target).body, self.daemon.render(scene).body, path)
+            linked = self.daemon.get(target)
+            self.assertEqual(linked.status, 200, path)
+            self.assertEqual(linked.body, self.daemon.render(scene).body, path)
 
     def test_the_picture_is_made_once(self):
         scene = {**SMALL, "background": 0.125}

@@ -75,7 +75,7 @@ class LoadTest(unittest.TestCase):
                 [find("h2load"), "--h1", "-n", str(requests), "-c", str(clients), "-m", "4",
                  "-d", scene.name, "-H", "Content-Type: application/json",
                  "http://{}:{}/v1/render".format(*daemon.address)], env=environment(),
-                capture_output=True, text=True, timeout=300, check=True)
+                capture_output=True, text=True, timeout=500, check=True)
             self.assertIn(f"{requests} succeeded, 0 failed, 0 errored, 0 timeout", done.stdout)
             self.assertIn(f"status codes: {requests} 2xx", done.stdout)
             # Not those that found it kept, nor those that waited with another one.

@@ -258,6 +258,12 @@ class ShareTest(unittest.TestCase):
 
 
 class IdleTest(unittest.TestCase):
+    @unittest.skipIf(SANITIZED, "a sanitizer has memory of its own")
+    def test_what_nobody_asked_for_is_not_made(self):
+        """Tables of all the displays would be 26 MB."""
+        with Daemon("--reuse", "0", "--threads", "1") as daemon:
+            self.assertLess(resident(daemon, "RssAnon"), 16 * MB)
+
     @unittest.skipIf(SANITIZED, "a sanitizer keeps what is freed")
     def test_memory_goes_back(self):
         """What is left of pictures of 90 MB is what a small one wants next."""

@@ -186,13 +186,13 @@ class MeshesTest(Test):
         head += b"Content-Length: %d\r\n" % len(body)
         pieces = [body[i:i + 99] for i in range(0, len(body), 99)]
         self.assertTrue(self.daemon.raw(head + b"\r\n", *pieces).startswith(b"HTTP/1.1 204 "))
-        with socket.create_connection(self.daemon.address, 60) as connection:
+        with socket.create_connection(self.daemon.address, 500) as connection:
             connection.sendall(head + b"Expect: 100-continue\r\n\r\n")
             self.assertTrue(connection.recv(100).startswith(b"HTTP/1.1 100 "))
             connection.sendall(body)
             self.assertTrue(connection.recv(1000).startswith(b"HTTP/1.1 204 "))
         wrong = head.replace(digest_of(body).encode(), b"A" * 64)
-        with socket.create_connection(self.daemon.address, 60) as connection:
+        with socket.create_connection(self.daemon.address, 500) as connection:
             connection.sendall(wrong + b"Expect: 100-continue\r\n\r\n")
             self.assertTrue(connection.recv(100).startswith(b"HTTP/1.1 404 "))
 

@@ -42,7 +42,7 @@ class Wrk:
     def __init__(self, daemon, seconds, connections, pause, first):
         self.process = subprocess.Popen(
             [find("wrk"), "-t", "1", "-c", str(connections), "-d", f"{max(1, round(seconds))}s",
-             "--timeout", "60s", "-s", str(SOURCE / "tests/e2e/overload.lua"),
+             "--timeout", "500s", "-s", str(SOURCE / "tests/e2e/overload.lua"),
              "http://{}:{}".format(*daemon.address), "--", str(pause), SCENE, str(first)],
             stdout=subprocess.PIPE, env=environment(), text=True)
 

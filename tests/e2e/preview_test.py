@@ -450,7 +450,7 @@ class SignatureTest(Folder):
         script = "\n".join([making, *recipe]).replace("$(date -d '+1 day' +%s)", soon)
         self.assertIn(soon, script)
         done = subprocess.run(["bash", "-euc", script], cwd=self.folder, capture_output=True,
-                              check=True, timeout=60)
+                              check=True, timeout=500)
         path = done.stdout.decode().strip()
         self.assertRegex(path, r"^/v1/preview/.*&expires=\d+&signature=[A-Za-z0-9_-]{43}$")
         with Daemon("--preview-keys", str(self.folder / "preview.keys")) as daemon:

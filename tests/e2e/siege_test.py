@@ -222,7 +222,7 @@ class Ordinary:
         self.thread.start()
 
     def ask(self, number):
-        connection = http.client.HTTPConnection(*self.address, timeout=120,
+        connection = http.client.HTTPConnection(*self.address, timeout=500,
                                                 source_address=(f"127.0.1.{1 + self.index}", 0))
         began = time.monotonic()
         try:

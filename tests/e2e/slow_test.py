@@ -126,12 +126,12 @@ class TimeTest(unittest.TestCase):
                 self.assertGreater(event["ms"], 900)
 
     def test_connections_may_rest_for_longer_than_a_head_may_take(self):
-        with Daemon("--head-time", "1", "--idle-timeout", "300") as daemon:
+        with Daemon("--head-time", "2", "--idle-timeout", "300") as daemon:
             with socket.create_connection(daemon.address, 500) as connection:
-                for _ in range(2):
+                for rest in (3, 0):
                     connection.sendall(post())
                     self.assertTrue(connection.recv(100000).startswith(b"HTTP/1.1 200 "))
-                    time.sleep(2.5)
+                    time.sleep(rest)
                 # But the next head has its time, too.
                 began = time.monotonic()
                 drip(connection, b"GET /aaaaaaaaaaaaaaaaaaaa")

@@ -122,7 +122,7 @@ class CommandTest(Case):
     def shade(self, *arguments):
         env = environment(**self.control.environment(at_main=True))
         return subprocess.run([SHADE, *arguments], cwd=self.folder, capture_output=True, env=env,
-                              timeout=60, check=False)
+                              timeout=500, check=False)
 
     def look(self, number, run, good, tally):
         made = {path.name: path.read_bytes() for path in self.folder.glob("out/*")}
@@ -174,8 +174,8 @@ class DaemonTest(Case):
         """(status, bytes, what matters of the head); None where the connection ended without an
         answer. What came of the answer's body in part is an error of http.client."""
         try:
-            answer = daemon.post(path, scene, headers, timeout=60) if scene is not None \
-                else daemon.get(path, headers, timeout=60)
+            answer = daemon.post(path, scene, headers) if scene is not None \
+                else daemon.get(path, headers)
         except ConnectionError:
             return None
         except http.client.IncompleteRead as error:  # of a stream

@@ -107,7 +107,7 @@ class CutTest(unittest.TestCase):
     def cut(self, daemon, message, reset, answered):
         with socket.socket() as connection:
             connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
-            connection.settimeout(60)
+            connection.settimeout(500)
             connection.connect(daemon.address)
             connection.sendall(message)
             if answered:
@@ -149,7 +149,7 @@ class ColorTest(unittest.TestCase):
         self.config.write_text(bad)
         run = subprocess.run([SHADED, "--listen", "127.0.0.1:0", "--admin", "off", "--ocio",
                               str(self.config)], env=environment(), capture_output=True,
-                             timeout=60, check=False)
+                             timeout=500, check=False)
         self.assertEqual(run.returncode, 1, run.stderr)
         self.config.write_text(self.good)
         with Daemon("--ocio", str(self.config)) as daemon:
@@ -248,8 +248,8 @@ class ClockTest(unittest.TestCase):
     def test_the_log_has_the_wall_clock_and_nothing_else_has(self):
         with Daemon("--timeout", "60", "--idle-timeout", "60", "--head-time", "60", "--body-time",
                     "60", env=self.control.environment()) as daemon, \
-                socket.create_connection(daemon.address, 60) as resting, \
-                socket.create_connection(daemon.address, 60) as sending:
+                socket.create_connection(daemon.address, 500) as resting, \
+                socket.create_connection(daemon.address, 500) as sending:
             resting.sendall(post())
             self.assertTrue(resting.recv(100000).startswith(b"HTTP/1.1 200 "))
             sending.sendall(post()[:-5])
@@ -274,7 +274,7 @@ class ClockTest(unittest.TestCase):
 
     def test_deadlines_come_in_time_though_the_clock_is_set_back(self):
         with Daemon("--timeout", "2", "--head-time", "1", env=self.control.environment()) as daemon, \
-                socket.create_connection(daemon.address, 60) as late:
+                socket.create_connection(daemon.address, 500) as late:
             late.sendall(b"GET")
             slow = {**SLOW, "image": {"width": 4096, "height": 4096, "samples": 16}}
             work = Background(daemon, slow)
@@ -294,7 +294,7 @@ class StopTest(unittest.TestCase):
         self.control.accept_pause = pause
         daemon = Daemon(env=self.control.environment())
         daemon.signal(signal.SIGSTOP)
-        crowd = [socket.create_connection(daemon.address, 60) for _ in range(count)]
+        crowd = [socket.create_connection(daemon.address, 500) for _ in range(count)]
         for connection in crowd:
             connection.sendall(post())
         daemon.signal()

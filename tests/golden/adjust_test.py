@@ -21,7 +21,7 @@ EXR = ("none", "rle", "zip", "zips", "piz", "pxr24", "b44", "b44a", "dwaa", "dwa
 def shade(*arguments, **scene):
     return subprocess.run([os.path.join(program.BUILD, "shade"), *arguments],
                           input=json.dumps({**SCENE, **scene}).encode(), capture_output=True,
-                          check=True, timeout=300).stdout
+                          check=True, timeout=500).stdout
 
 
 class Adjust(unittest.TestCase):

@@ -25,7 +25,7 @@ def shade(document, *outputs):
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([os.path.join(program.BUILD, "shade"), "render", "-", "-o", folder + "/"],
                        input=json.dumps({**document, "outputs": list(outputs)}).encode(), capture_output=True,
-                       check=True, timeout=300)
+                       check=True, timeout=500)
         files = {}
         for name in os.listdir(folder):
             with open(os.path.join(folder, name), "rb") as file:
@@ -134,7 +134,7 @@ class BackgroundAlpha(unittest.TestCase):
                 document = {**SEEN, "accuracy": {"tier": tier}, "output": output}
                 told = json.loads(subprocess.run([os.path.join(program.BUILD, "shade"), "compare", "-"],
                                                  input=json.dumps(document).encode(), capture_output=True, check=True,
-                                                 timeout=300).stdout)
+                                                 timeout=500).stdout)
                 for entry in told["tiers"]:
                     self.assertLessEqual(entry["error"]["linear"]["max"], entry["bound"]["linear"], entry)
                     self.assertLessEqual(entry["error"]["code"]["max"], entry["bound"]["code"], entry)

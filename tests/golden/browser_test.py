@@ -30,7 +30,7 @@ def png(color, **output):
     scene = {"image": {"width": 8, "height": 8, "samples": 1}, "objects": [], "background": color,
              "output": {"format": "png", **output}}
     return subprocess.run([os.path.join(program.BUILD, "shade"), "render", "-", "-o", "-"],
-                          input=json.dumps(scene).encode(), capture_output=True, check=True, timeout=60).stdout
+                          input=json.dumps(scene).encode(), capture_output=True, check=True, timeout=500).stdout
 
 
 def without(chunk, data):
@@ -49,7 +49,7 @@ def shown(pictures):
             file.write(PAGE % images)
         run = subprocess.run(["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/user",
                               "--virtual-time-budget=10000", "--dump-dom", f"file://{path}"],
-                             capture_output=True, text=True, timeout=240, check=False)
+                             capture_output=True, text=True, timeout=500, check=False)
     found = re.search(r"<pre>(\[.*?\]\])</pre>", run.stdout)
     if not found:
         raise AssertionError(run.stdout[-300:] + run.stderr[-300:])

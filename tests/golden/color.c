@@ -17,7 +17,7 @@ static shd_color_config *config;
 
 static int load(void **state) {
     (void)state;
-    return shd_color_config_load(NULL, false, &config, NULL) != SHD_OK;
+    return shd_color_config_load(NULL, &config, NULL) != SHD_OK;
 }
 
 static int drop(void **state) {

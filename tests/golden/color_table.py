@@ -44,7 +44,7 @@ SCENE = {
 
 def shade(outputs, folder):
     subprocess.run([os.path.join(os.environ.get("SHADED_BUILD", "build"), "shade"), "render", "-", "-o", folder + "/"],
-                   input=json.dumps({**SCENE, "outputs": outputs}).encode(), check=True, timeout=300,
+                   input=json.dumps({**SCENE, "outputs": outputs}).encode(), check=True, timeout=500,
                    capture_output=True)
 
 
@@ -64,7 +64,7 @@ def converted(light, target, folder):
     there = os.path.join(folder, "theirs.exr")
     how = ["--view", light, "lin_rec709", there, *target] if len(target) == 2 else \
         [light, "lin_rec709", there, *target]
-    subprocess.run(["ocioconvert", *how], check=True, timeout=60, capture_output=True,
+    subprocess.run(["ocioconvert", *how], check=True, timeout=500, capture_output=True,
                    env={**os.environ, "OCIO": str(CONFIG)})
     return read(there, "OpenImageIO")
 

@@ -38,7 +38,7 @@ def chromium(texts):
             file.write(PAGE % json.dumps(texts).replace("<", "\\u003c"))
         run = subprocess.run(["chromium", "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder}/user",
                               "--virtual-time-budget=10000", "--dump-dom", f"file://{path}"],
-                             capture_output=True, text=True, timeout=240, check=False)
+                             capture_output=True, text=True, timeout=500, check=False)
     found = re.search(r"<pre>(.*?)</pre>", run.stdout, re.DOTALL)
     if not found or not found.group(1):
         raise AssertionError(run.stdout[-300:] + run.stderr[-300:])

@@ -41,7 +41,7 @@ def render(document, out):
     return subprocess.run(
         [os.path.join(program.BUILD, "shade"), "render", "-", "-o", out],
         input=json.dumps(document),
-        capture_output=True, text=True, check=False, timeout=300)
+        capture_output=True, text=True, check=False, timeout=500)
 
 
 class Gallery(unittest.TestCase):

@@ -62,7 +62,7 @@ def render(path, way, out):
     document["output"] = {**shown, "format": "png"}
     subprocess.run([os.path.join(program.BUILD, "shade"), "render", "-", "-o", out],
                    input=json.dumps(document), capture_output=True, text=True, check=True,
-                   timeout=300)
+                   timeout=500)
 
 
 class Readers(unittest.TestCase):
@@ -71,7 +71,7 @@ class Readers(unittest.TestCase):
         plain = Path(path + ".plain")
         plain.write_bytes(without_code_points(data))
         checked = subprocess.run(["pngcheck", "-q", str(plain)], capture_output=True, text=True,
-                                 check=False, timeout=60)
+                                 check=False, timeout=500)
         self.assertEqual((checked.returncode, checked.stdout + checked.stderr), (0, ""), path)
         picture = Image.open(path)
         deep = data[24] == 16

@@ -102,7 +102,7 @@ def povray(document):
         run = subprocess.run(
             [POVRAY, "+Iscene.pov", "+Oscene.png", "+FN16", f"+W{image['width']}", f"+H{image['height']}",
              "-D", "-A", "-GA", "+WT1", "File_Gamma=1.0"],
-            cwd=folder, capture_output=True, check=False, timeout=120, env={**os.environ, "HOME": folder})
+            cwd=folder, capture_output=True, check=False, timeout=500, env={**os.environ, "HOME": folder})
         if run.returncode:
             raise AssertionError(run.stderr.decode()[-1000:])
         with open(os.path.join(folder, "scene.png"), "rb") as file:

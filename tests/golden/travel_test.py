@@ -9,13 +9,14 @@ import io
 import json
 import os
 import subprocess
-import tempfile
 import unittest
 from pathlib import Path
 
 import numpy as np
 from PIL import Image, ImageCms
 
+from e2e.daemon import Daemon
+from e2e.render_test import parts
 from reference import program
 
 EXAMPLES = Path(program.SOURCE, "api", "examples")
@@ -24,27 +25,49 @@ CONFIGURATIONS = [ELSEWHERE, *sorted(Path(__file__).with_name("configs").glob("*
 SPACES = ("srgb_tx", "YIQ", "HSV")
 
 
-def pictures(document, color_spaces, *options):
-    """A small picture in each space: outputs of one scene, for which a configuration is read once."""
-    outputs = [{"name": str(i), "format": "png", **space} for i, space in enumerate(color_spaces)]
-    with tempfile.TemporaryDirectory() as folder:
-        run = subprocess.run([os.path.join(program.BUILD, "shade"), "render", "-", "-o", f"{folder}/", *options],
-                             input=json.dumps({**document, "outputs": outputs}).encode(),
-                             capture_output=True, check=False, timeout=300)
-        if run.returncode:
-            raise AssertionError(run.stderr.decode())
-        return [np.asarray(Image.open(f"{folder}/{output['name']}.png"), dtype=int) for output in outputs]
+def read(picture):
+    return np.asarray(Image.open(io.BytesIO(picture)), dtype=int)
 
 
-class Travel(unittest.TestCase):
+class Daemons(unittest.TestCase):
+    """A daemon for each configuration, which takes long to read, and one for the built-in one (None)."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.daemons = {None: cls.start()}
+
+    @classmethod
+    def start(cls, *options):
+        daemon = Daemon("--log-requests", "off", *options)
+        cls.addClassCleanup(daemon.stop)
+        return daemon
+
+    def daemon(self, configuration):
+        if configuration not in self.daemons:
+            self.daemons[configuration] = self.start("--ocio", str(configuration))
+        return self.daemons[configuration]
+
+    def render(self, document, configuration=None):
+        answer = self.daemon(configuration).render(document)
+        self.assertEqual(answer.status, 200, answer.body[:1000])
+        return answer
+
+    def pictures(self, document, color_spaces, configuration=None):
+        """A small picture in each space."""
+        outputs = [{"name": str(i), "format": "png", **space} for i, space in enumerate(color_spaces)]
+        answer = self.render({**document, "outputs": outputs}, configuration)
+        return [read(part.get_payload(decode=True)) for part in parts(answer)]
+
+
+class Travel(Daemons):
     def same(self, document, spaces, elsewhere, hue=False):
         document = {name: value for name, value in document.items()
                     if name not in ("output", "outputs")}
         document["workingSpace"] = "lin_rec709"
         document["image"] = {**document.get("image", {}), "width": 96, "height": 64, "samples": 1}
-        here = pictures(document, spaces)
+        here = self.pictures(document, spaces)
         for configuration in CONFIGURATIONS:
-            there = pictures(document, elsewhere, "--ocio", str(configuration))
+            there = self.pictures(document, elsewhere, configuration)
             for space, one, other in zip(spaces, here, there):
                 away = np.abs(one - other)
                 if space.get("colorSpace") == "HSV":
@@ -62,12 +85,11 @@ class Travel(unittest.TestCase):
                 self.same(json.loads(path.read_text()), [*spaces, view], [*spaces, plain])
 
 
-class Polar(unittest.TestCase):
+class Polar(Daemons):
     """LCh and OKLCh, which no configuration has, are there under each, for pictures and for colors."""
 
     def test_everywhere(self):
         for configuration in (None, *CONFIGURATIONS):
-            options = ("--ocio", str(configuration)) if configuration else ()
             for written, space, value in (("oklch(0.7 0.1 200)", "OKLCh", [0.7, 0.1, 200]),
                                           ("lch(60 40 330)", "lch", [60, 40, 330]),
                                           ("lch(60 0 0)", "LCh D65", [60, 0, 77])):
@@ -75,8 +97,9 @@ class Polar(unittest.TestCase):
                          "workingSpace": "lin_rec709"}
                 with self.subTest(configuration=configuration, space=space):
                     shown = [{"colorSpace": "srgb_tx"}, {"colorSpace": space, "bitDepth": 8}]
-                    one, codes = pictures({**scene, "background": written}, shown, *options)
-                    other, _ = pictures({**scene, "background": {"space": space, "value": value}}, shown, *options)
+                    one, codes = self.pictures({**scene, "background": written}, shown, configuration)
+                    other, _ = self.pictures({**scene, "background": {"space": space, "value": value}}, shown,
+                                             configuration)
                     self.assertLessEqual(np.abs(one - other).max(), 1)
                     scale = (255, 127 / 0.4, 255 / 360) if space == "OKLCh" else (2.55, 1, 255 / 360)
                     wanted = np.array(value) * scale * (1, 1, value[1] > 0)
@@ -93,7 +116,7 @@ def chunks(png):
     return found
 
 
-class Tags(unittest.TestCase):
+class Tags(Daemons):
     """What files say of their color follows from what the configuration does, not from names."""
 
     def tags(self, *options, **output):
@@ -101,7 +124,7 @@ class Tags(unittest.TestCase):
                  "output": {"format": "png", **output}}
         run = subprocess.run([os.path.join(program.BUILD, "shade"), "render", "-", "-o", "-", *options],
                              input=json.dumps(scene).encode(), capture_output=True, check=False,
-                             timeout=300)
+                             timeout=500)
         self.assertEqual(run.returncode, 0, run.stderr)
         return chunks(run.stdout)
 
@@ -127,10 +150,7 @@ class Tags(unittest.TestCase):
         """The file's ICC profile, and the picture as readers without cicp see it, in sRGB."""
         scene = {"image": {"width": 8, "height": 8, "samples": 1}, "objects": [], "background": background,
                  "output": {"format": form, "quality": 100, **output}}
-        file = subprocess.run([os.path.join(program.BUILD, "shade"), "render", "-", "-o", "-"],
-                              input=json.dumps(scene).encode(), capture_output=True, check=True,
-                              timeout=300).stdout
-        picture = Image.open(io.BytesIO(file))
+        picture = Image.open(io.BytesIO(self.render(scene).body))
         icc = picture.info["icc_profile"]
         shown = ImageCms.profileToProfile(picture.convert("RGB"), io.BytesIO(icc),
                                           ImageCms.createProfile("sRGB"), outputMode="RGB",

@@ -48,7 +48,7 @@ class YiqFiles(unittest.TestCase):
     def ocioconvert(self, path, source, target, suffix="png"):
         out = os.path.join(self.folder, f"{len(os.listdir(self.folder))}.{suffix}")
         subprocess.run(["ocioconvert", path, source, out, target], check=True, capture_output=True,
-                       env={**os.environ, "OCIO": str(CONFIG)}, timeout=60)
+                       env={**os.environ, "OCIO": str(CONFIG)}, timeout=500)
         return self.codes(out)
 
     def pictures(self):

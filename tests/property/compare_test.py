@@ -34,7 +34,7 @@ OUTPUTS = [{}, {"display": "Display P3", "view": "ACES 1.0 - SDR Video"}, {"colo
 def compare(document):
     run = subprocess.run([os.path.join(program.BUILD, "shade"), "compare", "-"],
                          input=json.dumps(document).encode(), capture_output=True, check=False,
-                         timeout=120)
+                         timeout=500)
     if run.returncode:
         raise AssertionError(run.stderr.decode())
     return json.loads(run.stdout)

@@ -20,6 +20,9 @@ export async function startBrowser() {
     return chromium.launch({ executablePath: CHROMIUM, args: ["--no-sandbox", "--disable-gpu"] });
 }
 
+// Until a test gives up, on the slowest machine.
+const PATIENCE = 300000;
+
 // Numbers the requests of the large picture, so that pictures tell which one they are of; and
 // keeps the addresses of its Blobs that are not given back.
 function watch() {
@@ -51,7 +54,7 @@ export class Studio {
     static async open(browser, origin, { hash = "", expected = [], ...options } = {}) {
         const studio = new Studio();
         studio.context = await browser.newContext({ viewport: { width: 1440, height: 900 }, colorScheme: "dark", ...options });
-        studio.context.setDefaultTimeout(20000);
+        studio.context.setDefaultTimeout(PATIENCE);
         studio.page = await studio.context.newPage();
         studio.faults = [];
         studio.hosts = new Set();
@@ -70,14 +73,14 @@ export class Studio {
     }
 
     async ready() {
-        await this.page.waitForFunction(() => document.documentElement.classList.contains("is-ready"), null, { timeout: 60000 });
+        await this.page.waitForFunction(() => document.documentElement.classList.contains("is-ready"), null, { timeout: PATIENCE });
         await this.settled();
     }
 
     // Until the picture is that of the document.
     async settled() {
         await this.page.waitForFunction(() => !studio.store.live && !studio.view.busy && (studio.view.plan || document.querySelector(".stage.is-wrong")),
-                                        null, { timeout: 60000, polling: 20 });
+                                        null, { timeout: PATIENCE, polling: 20 });
     }
 
     scene() { return this.page.evaluate(() => studio.store.scene); }

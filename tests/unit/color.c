@@ -23,7 +23,7 @@ static int load(void **state) {
     setenv("OCIO_ACTIVE_VIEWS", "Raw", 1);
     setenv("OCIO_INACTIVE_COLORSPACES", "sRGB", 1);
     setenv("OCIO_OPTIMIZATION_FLAGS", "0xffffffff", 1);
-    return shd_color_config_load(NULL, false, &config, NULL) != SHD_OK;
+    return shd_color_config_load(NULL, &config, NULL) != SHD_OK;
 }
 
 static int drop(void **state) {
@@ -384,7 +384,7 @@ static void threads_share_a_configuration(void **state) {
     (void)state;
     static float pixels[THREADS + 1][4 * PIXELS];
     shd_color_config *fresh;
-    assert_int_equal(shd_color_config_load(NULL, false, &fresh, NULL), SHD_OK);
+    assert_int_equal(shd_color_config_load(NULL, &fresh, NULL), SHD_OK);
     pthread_t threads[THREADS];
     worker workers[THREADS + 1];
     for (int i = 0; i < THREADS; i++) {

@@ -31,7 +31,7 @@ static shd_color_config *config;
 
 static int load(void **state) {
     (void)state;
-    return shd_color_config_load(NULL, false, &config, NULL) != SHD_OK;
+    return shd_color_config_load(NULL, &config, NULL) != SHD_OK;
 }
 
 static int drop(void **state) {
@@ -197,7 +197,7 @@ static void transforms_that_qualify_are_found_by_what_they_do(void **state) {
 static void tables_are_made_once_they_pay(void **state) {
     (void)state;
     shd_color_config *fresh;
-    assert_int_equal(shd_color_config_load(NULL, false, &fresh, NULL), SHD_OK);
+    assert_int_equal(shd_color_config_load(NULL, &fresh, NULL), SHD_OK);
     const shd_color_transform *srgb = to_space(fresh, "sRGB");
     for (int i = 0; i < 16; i++) assert_null(shd_color_codes_of(srgb, 255, 1000, NULL, NULL));
     const shd_color_codes *codes = shd_color_codes_of(srgb, 255, 1000, NULL, NULL);
@@ -234,7 +234,7 @@ static bool go_on_some(const void *context) {
 static void baking_is_left_and_nobody_waits_for_it(void **state) {
     (void)state;
     shd_color_config *fresh;
-    assert_int_equal(shd_color_config_load(NULL, false, &fresh, NULL), SHD_OK);
+    assert_int_equal(shd_color_config_load(NULL, &fresh, NULL), SHD_OK);
     baker b = {to_space(fresh, "sRGB"), 0, INT_MAX, (const void *)config};
     const shd_color_codes *codes = NULL;
     for (int most = 0; !codes; most = 3 * most + 20) {
@@ -338,7 +338,7 @@ static shd_color_config *with_space(const char *transform) {
     fclose(out);
     shd_color_config *made = NULL;
     shd_error error = {.status = SHD_OK};
-    if (shd_color_config_load(path, false, &made, &error)) fail_msg("%s", error.text);
+    if (shd_color_config_load(path, &made, &error)) fail_msg("%s", error.text);
     remove(path);
     return made;
 }

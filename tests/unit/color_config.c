@@ -76,7 +76,7 @@ static void write_config(const char *name, const char *old, const char *new, con
 static void refused(const char *name, const char *reason) {
     shd_color_config *config = NULL;
     shd_error error = {0};
-    assert_int_equal(shd_color_config_load(path_of(name), false, &config, &error), SHD_CONFIG);
+    assert_int_equal(shd_color_config_load(path_of(name), &config, &error), SHD_CONFIG);
     assert_null(config);
     assert_int_equal(error.status, SHD_CONFIG);
     assert_string_equal(error.path, path_of(name));
@@ -104,7 +104,7 @@ static void archives_and_names_reach_opencolorio(void **state) {
     shd_color_config *config = NULL;
     shd_error error;
     /* 2.1 knows no names, and says so. */
-    assert_int_equal(shd_color_config_load("ocio://no-such", false, &config, &error), SHD_CONFIG);
+    assert_int_equal(shd_color_config_load("ocio://no-such", &config, &error), SHD_CONFIG);
     assert_non_null(strstr(error.text, "ocio://no-such"));
     assert_null(strstr(error.text, "No such file"));
     write_file("noise.ocioz", "noise", 5);
@@ -202,7 +202,7 @@ static void files_of_a_configuration_are_looked_at_first(void **state) {
     write_config("good", "search_path: \"\"", "search_path: .", use);
     shd_color_config *first, *second;
     shd_error error = {0};
-    if (shd_color_config_load(path_of("good"), false, &first, &error)) fail_msg("%s", error.text);
+    if (shd_color_config_load(path_of("good"), &first, &error)) fail_msg("%s", error.text);
     double rgb[3] = {0.5, 0.5, 0.5};
     const shd_catalog *catalog = shd_color_catalog(first);
     assert_int_equal(catalog->convert(catalog->self, "lin_rec709", "x", rgb, NULL), SHD_OK);
@@ -212,7 +212,7 @@ static void files_of_a_configuration_are_looked_at_first(void **state) {
     memcpy(strstr(longer, "0.5"), "0.6", 3);
     write_file("x.spi1d", longer, strlen(longer));
     free(longer);
-    assert_int_equal(shd_color_config_load(path_of("good"), false, &second, NULL), SHD_OK);
+    assert_int_equal(shd_color_config_load(path_of("good"), &second, NULL), SHD_OK);
     assert_string_not_equal(shd_color_config_digest(first), shd_color_config_digest(second));
     shd_color_config_drop(first);
     shd_color_config_drop(second);
@@ -224,8 +224,8 @@ static void a_copy_of_the_own_configuration_is_accepted(void **state) {
     (void)state;
     write_config("copy", "", "", "");
     shd_color_config *config, *own;
-    assert_int_equal(shd_color_config_load(path_of("copy"), false, &config, NULL), SHD_OK);
-    assert_int_equal(shd_color_config_load(NULL, false, &own, NULL), SHD_OK);
+    assert_int_equal(shd_color_config_load(path_of("copy"), &config, NULL), SHD_OK);
+    assert_int_equal(shd_color_config_load(NULL, &own, NULL), SHD_OK);
     assert_string_equal(shd_color_config_digest(config), shd_color_config_digest(own));
     shd_color_config_drop(config);
     shd_color_config_drop(own);
@@ -257,8 +257,7 @@ static shd_color_config *load_foreign(const char *roles, const char *more) {
     shd_error error;
     int length = snprintf(text, sizeof text, foreign, roles, more);
     write_file("foreign", text, (size_t)length);
-    if (shd_color_config_load(path_of("foreign"), false, &config, &error))
-        fail_msg("%s", error.text);
+    if (shd_color_config_load(path_of("foreign"), &config, &error)) fail_msg("%s", error.text);
     remove(path_of("foreign"));
     return config;
 }
@@ -292,7 +291,7 @@ static void aliases_and_roles_are_names(void **state) {
     assert_ptr_equal(by_alias, by_name);
     shd_color_config_drop(config);
 
-    assert_int_equal(shd_color_config_load(NULL, false, &config, NULL), SHD_OK);
+    assert_int_equal(shd_color_config_load(NULL, &config, NULL), SHD_OK);
     means(config, "acescg", "ACEScg");
     means(config, "ACES - ACEScg", "ACEScg");
     means(config, "lin_srgb", "lin_rec709");
@@ -348,7 +347,7 @@ static void yiq_and_hsv_are_lent(void **state) {
     assert_string_equal(shd_catalog_space(shd_color_catalog(config), "HSV")->description, "own");
     shd_color_config_drop(config);
     write_config("alone", "  aces_interchange: ACES2065-1\n", "", "");
-    assert_int_equal(shd_color_config_load(path_of("alone"), false, &config, NULL), SHD_OK);
+    assert_int_equal(shd_color_config_load(path_of("alone"), &config, NULL), SHD_OK);
     remove(path_of("alone"));
     shd_color_config_drop(config);
 }

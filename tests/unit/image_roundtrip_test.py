@@ -43,7 +43,7 @@ class Case(unittest.TestCase):
 
     @classmethod
     def tearDownClass(cls):
-        cls.writer.communicate(timeout=300)
+        cls.writer.communicate(timeout=500)
         if cls.writer.returncode:
             raise AssertionError(f"the writer exits {cls.writer.returncode}")
 
@@ -399,7 +399,7 @@ class Files(Case):
         shutil.copy(WRITER, lonely)
         for suffix, works in (("png", True), ("jpg", True), ("webp", True), ("exr", False)):
             out = os.path.join(self.folder, "lonely." + suffix)
-            done = subprocess.run([lonely, out], capture_output=True, text=True, timeout=60)
+            done = subprocess.run([lonely, out], capture_output=True, text=True, timeout=500)
             self.assertEqual(done.returncode, 0 if works else 1, done.stderr)
             if not works:
                 self.assertIn("shaded_oiio.so", done.stderr)
