@@ -180,11 +180,6 @@ static double cast_of(const shd_plan *plan, const shd_object *object, const outl
     return ray * slower_rays[plan->isa];
 }
 
-/* Whether lights are summed in f64. */
-static bool is_wide(const shd_plan *plan, shd_tier tier) {
-    return tier == SHD_EXACT || !shd_isa_fuses(plan->isa);
-}
-
 /* What a light costs on the average, times the table's. Spots are dearer in f64, in which spots too
  * steep for f32 are summed in any tier. */
 static double light_factor(const shd_plan *plan, const shd_kernel_cost *costs, shd_tier tier) {
@@ -192,8 +187,8 @@ static double light_factor(const shd_plan *plan, const shd_kernel_cost *costs, s
     for (size_t i = 0; i < plan->light_count; i++) {
         const shd_plan_light *light = &plan->lights[i];
         const double wide = light->spot ? WIDE_SPOT : 1;
-        sum += is_wide(plan, tier) ? wide : 1;
-        if (light->steep && !is_wide(plan, tier))
+        sum += tier == SHD_EXACT ? wide : 1;
+        if (light->steep && tier != SHD_EXACT)
             sum += wide * costs[SHD_EXACT].light / costs[tier].light;
     }
     return plan->light_count ? sum / (double)plan->light_count : 1;
@@ -241,8 +236,7 @@ static double light_of(const shd_plan *plan, size_t index, const shd_kernel_cost
     const double slower = slower_samples[plan->isa];
     if (plan->scene->objects[index].interpolation != SHD_PHONG)
         return SAMPLE * slower + FACET + patterns_of(&plan->materials[lit->material]);
-    const double sample = slower * ((is_wide(plan, tier) ? WIDE_SAMPLE : SAMPLE) +
-                                    (tier == SHD_EXACT ? EXACT_SAMPLE : 0)) +
+    const double sample = slower * (tier == SHD_EXACT ? WIDE_SAMPLE + EXACT_SAMPLE : SAMPLE) +
                           patterns_of(&plan->materials[lit->material]);
     const double light = factor * cost->light + lobes * cost->lobe;
     if (!plan->extended) {
@@ -274,14 +268,14 @@ static double samples_of(const shd_plan *plan, const shd_object *object) {
  * callgrind counts them (tests/bench/instructions.py). */
 static void sketch_costs(const shd_plan *plan, size_t index, double *rays_left,
                          double *light_left) {
-    static const double RAYS = 0.4, FUSED = 0.8, WIDE = 0.5;
+    static const double RAYS = 0.4, LIGHT = 0.8;
     const shd_object *object = &plan->scene->objects[index];
     *rays_left = *light_left = 1;
     if (!plan->sketched || (object->shape != SHD_SPHERE && object->shape != SHD_PLANE) ||
         !shd_plan_sketches(plan, &plan->groups[plan->objects[index].group]))
         return;
     *rays_left = RAYS;
-    *light_left = shd_isa_fuses(plan->isa) ? FUSED : WIDE;
+    *light_left = LIGHT;
 }
 
 const shd_kernel_cost *shd_plan_kernel_costs(const shd_plan *plan) {

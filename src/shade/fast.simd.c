@@ -1,14 +1,9 @@
 /* Light sums of the standard tier in f32. A vector of points is taken at a time, with all lights on
- * it while its sums stay in registers. Compiled once for each instruction set.
- * tests/unit/shade_sums.c measures errors, tests/bench/kernels.c time. */
+ * it while its sums stay in registers. Compiled once for each instruction set; those that fuse give
+ * the same bits. tests/unit/shade_sums.c measures errors, tests/bench/kernels.c time. */
+#define SHD_LOOSE /* where nothing fuses, products are rounded */
 #include "base/cpu.h"
 #include "shade/fast_simd.h"
-
-#if !SHD_FUSES
-void SHD_VARIANT(shd_sums32)(const shd_sums_job *job) {
-    SHD_VARIANT(shd_sums64)(job);
-}
-#else
 
 enum { ROWS = SHD_WIDE_ROWS, MANY = 2 };
 
@@ -35,13 +30,25 @@ typedef struct totals {
     bool any;
 } totals;
 
+/* path r - w, of which no product is rounded: where it would be by itself, halves of digits are
+ * multiplied, the first ones of which are exact, and the others too small to tell. */
+SHD_INLINE shd_vf chord_of(shd_vf path, shd_vf r, shd_vf w) {
+#if SHD_FUSES
+    return shd_vf_fma(path, r, -w);
+#else
+    const shd_vu upper = shd_vu_set(0xfffff000);
+    const shd_vf p = (shd_vf)((shd_vu)path & upper), s = (shd_vf)((shd_vu)r & upper);
+    return (p * s - w) + (p * (r - s) + (path - p) * r);
+#endif
+}
+
 /* f ((R.V)+)^ns in the lanes `lit`, 0 in the others. L is along `path`, r. */
 SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], shd_vf r,
                              const shd_vf w[3], shd_vf f, shd_mf lit, bool directional) {
     shd_vf chord[3];
 #pragma GCC unroll 3
     for (int c = 0; c < 3; c++)
-        chord[c] = directional ? path[c] - w[c] : shd_vf_fma(path[c], r, -w[c]);
+        chord[c] = directional ? path[c] - w[c] : chord_of(path[c], r, w[c]);
     shd_vf z = dot_lanes(chord, chord);
     shd_mf in = shd_vf_gt_in(lit, shd_vf_set(lobe->reach), z);
     if (!shd_mf_any(in)) return shd_vf_set(0);
@@ -67,11 +74,16 @@ add_wide(const shd_sums_job *job, uint32_t index, size_t first, unsigned wide, s
     return s;
 }
 
-/* Marks the lanes whose N.L is as near to 0 as f32's rounding, under a highlight. */
+/* Marks the lanes whose N.L is as near to 0 as f32's rounding, under a highlight. That is twice
+ * SHD_TURNED (plan/tier.h) where products are rounded before they are added. With u = 2^-24, the
+ * normal is off by u of the distance d, positions by u (d + 2), or by nothing if they are split,
+ * their difference by 2 u d, and N.(light - p), a sum of three products, by 2.5 u d: 6.5 u d + 2 u
+ * at most, which is less than 8 u sqrt(d^2 + 1). */
 SHD_INLINE void mark_ends(const shd_sums_job *job, size_t first, const points *at,
                           const shd_vf path[3], shd_vf facing, shd_vf d2, bool split) {
-    const double turned = SHD_TURNED * SHD_TURNED, apart = split ? turned * SHD_SPLIT : turned;
-    const shd_vf off2 = shd_vf_fma(d2, shd_vf_set((float)turned), shd_vf_set((float)apart));
+    const double most = SHD_FUSES ? SHD_TURNED : 2 * SHD_TURNED, turned = most * most,
+                 apart = split ? turned * SHD_SPLIT : turned;
+    const shd_vf off2 = shd_mad(d2, shd_vf_set((float)turned), shd_vf_set((float)apart));
     const shd_mf near = shd_vf_gt(off2, facing * facing);
     if (__builtin_expect(shd_mf_any(near), 0))
         shd_mark_edges(job->edges, first,
@@ -222,8 +234,8 @@ SHD_INLINE void sum_lights(const shd_sums_job *job, shape is) {
     static void sum_##split##channels##lobes(const shd_sums_job *job) {                            \
         sum_lights(job, (shape){split, channels, lobes});                                          \
     }
-#define LOBES(m, split, channels)     m(split, channels, 0) m(split, channels, 1) m(split, channels, 2)
-#define FORMS(m)                      LOBES(m, 0, 1) LOBES(m, 0, 3) LOBES(m, 1, 1) LOBES(m, 1, 3)
+#define LOBES(m, split, channels) m(split, channels, 0) m(split, channels, 1) m(split, channels, 2)
+#define FORMS(m)                  LOBES(m, 0, 1) LOBES(m, 0, 3) LOBES(m, 1, 1) LOBES(m, 1, 3)
 FORMS(FORM)
 #define ENTRY(split, channels, lobes) [split][channels == 3][lobes] = sum_##split##channels##lobes,
 static shd_sums_function *const forms[2][2][3] = {FORMS(ENTRY)};
@@ -239,5 +251,3 @@ void SHD_VARIANT(shd_sums32)(const shd_sums_job *job) {
     forms[is.split][is.channels == 3][is.lobes](job);
 #endif
 }
-
-#endif

@@ -1,5 +1,5 @@
 /* How lights reach points in f32, and how rows of sums are kept: what the kernels of the standard
- * tier share. Only for *.simd.c of shade/ that fuse products (SHD_FUSES). */
+ * tier share. Only for *.simd.c of shade/ that fuse products, or are SHD_LOOSE. */
 #pragma once
 
 #include "shade/math_simd.h"

@@ -9,8 +9,8 @@
  * A point's sums depend only on that point and the list of lights, to the bit: not on its
  * neighbors, on the instruction set, or on lights that add exactly 0. Lights are summed in the
  * order of `which`, in f32 over groups of SHD_LIGHT_GROUP neighbors in the scene's list, and in f64
- * over the groups. The exact tier sums in f64. So do all tiers if no instruction fuses f32 products
- * into sums (shd_isa_fuses), and the bits are then others. Another light in the scene's list, even
+ * over the groups. The exact tier sums in f64. If no instruction fuses f32 products into sums
+ * (shd_isa_fuses), the bits of f32 are others. Another light in the scene's list, even
  * a black one, may move lights into other groups and change last bits. */
 #pragma once
 

@@ -113,8 +113,7 @@ typedef struct shd_sums_job {
     uint8_t *edges; /* of `narrow`; NULL: nobody asks */
 } shd_sums_job;
 
-/* Sums in f32, of points in f32 only, and in f64. Where f64 is faster (shd_isa_fuses), the first is
- * the second. */
+/* Sums in f32, of points in f32 only, and in f64. */
 typedef void shd_sums_function(const shd_sums_job *job);
 shd_sums_function shd_sums32_portable, shd_sums32_avx2, shd_sums32_avx512;
 shd_sums_function shd_sums64_portable, shd_sums64_avx2, shd_sums64_avx512;

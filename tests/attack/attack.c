@@ -1,7 +1,7 @@
 /* Looks for pictures that break what is said of them.
  *
  *     attack [--seconds N | --rounds N] [--first N] [--family NAME]... [--threads N]
- *            [--folder FOLDER] [--page FILE] | --seed FAMILY:N | --list
+ *            [--folder FOLDER] [--page FILE] [--kernel NAME] | --seed FAMILY:N | --list
  *
  * Of each scene (scenes.h), the exact tier's picture is held against an evaluation of the model
  * that shares no code with it (model.h) and its own bound, at some of its pixels; draft,
@@ -38,6 +38,7 @@ typedef struct attack {
     uint64_t first, rounds;
     int threads;
     const char *folder, *page;
+    const char *kernel; /* NULL: the widest */
     bool one; /* a seed alone */
     double began;
     atomic_uint_fast64_t next;
@@ -392,6 +393,7 @@ static bool run_attack(attack *a) {
         shd_error error;
         options.threads = 1;
         options.reuse = 0;
+        options.kernel = a->kernel;
         workers[count] = (worker){.attack = a};
         if (shd_engine_new(&options, &workers[count].engine, &error) ||
             !pictures_put(workers[count].engine, &error)) {
@@ -431,6 +433,8 @@ static void take_option(attack *a, const char *name, const char *value) {
         a->folder = value;
     } else if (!strcmp(name, "--page")) {
         a->page = value;
+    } else if (!strcmp(name, "--kernel")) {
+        a->kernel = value;
     } else if (!strcmp(name, "--family") && a->tally.chosen_count < MOST_CHOSEN) {
         a->tally.chosen[a->tally.chosen_count++] = find_family(value, strlen(value));
     } else if (!strcmp(name, "--seed") && strchr(value, ':')) {

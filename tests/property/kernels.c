@@ -112,8 +112,8 @@ static void every_variant_gives_the_same_floats(void **state) {
     }
 }
 
-/* Where nothing fuses, the standard tier is lit in f64: other bits, and so another tag. A budget's
- * tier depends on what each kernel's lights cost. */
+/* Where nothing fuses, the standard tier rounds products, too: other bits, and so another tag. A
+ * budget's tier depends on what each kernel's lights cost. */
 static void check_tags(const char *json, bool budget) {
     char tags[SHD_ISA_COUNT][64];
     for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) {

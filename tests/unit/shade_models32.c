@@ -99,7 +99,7 @@ static shd_glance look(const world *w, const shd_surface *at, shd_vec3 toward, d
                         .narrow = true,
                         .place = place,
                         .direction = SHD_WEIGHT_DIRECTION32 + place,
-                        .relative = shd_path_error_of(SHD_STANDARD, path)->relative +
+                        .relative = shd_path_error_of(SHD_ROUNDS_FUSED, path)->relative +
                                     (light->attenuated ? 2 * place : 0),
                         .view = fmax(shd_dot(at->normal, at->view), 1e-4),
                         .half = shd_length(shd_add(toward, at->view)) / 2};

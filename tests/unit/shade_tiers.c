@@ -34,7 +34,11 @@ static double power_at(const kernel *k, double shininess, double cosine) {
 
 /* Whether f32 lights it. */
 static bool is_narrow(const kernel *k) {
-    return k->tier == SHD_STANDARD && shd_isa_fuses(k->isa);
+    return k->tier == SHD_STANDARD;
+}
+
+static shd_rounding rounding_of(const kernel *k) {
+    return shd_rounding_of(k->tier, k->isa);
 }
 
 static void lobes_are_cut_where_bounds_count_it(void **state) {
@@ -44,7 +48,7 @@ static void lobes_are_cut_where_bounds_count_it(void **state) {
     for (size_t k = 1; k < count; k++) /* the reference cuts none */
         for (size_t i = 0; i < SHININESSES; i++) {
             const double shininess = shininesses[i];
-            const shd_lobe_error e = shd_lobe_error_of(kernels[k].tier, shininess, 1);
+            const shd_lobe_error e = shd_lobe_error_of(rounding_of(&kernels[k]), shininess, 1);
             double cut = is_narrow(&kernels[k]) ? e.faint : 0;
             if (!is_narrow(&kernels[k]) && shininess > SHD_EXACT_CUT)
                 cut = exp(shininess * log1p(-SHD_EXACT_CUT / shininess));
@@ -59,7 +63,7 @@ static void lobes_are_cut_where_bounds_count_it(void **state) {
         }
     /* What f64 cuts off is less than what its functions err by where bounds end to look. */
     for (size_t i = 0; i < SHININESSES; i++) {
-        const shd_lobe_error e = shd_lobe_error_of(SHD_EXACT, shininesses[i], 1);
+        const shd_lobe_error e = shd_lobe_error_of(SHD_ROUNDS_64, shininesses[i], 1);
         const double least = shd_shine_most(0, 1e3);
         assert_true(exp(-SHD_EXACT_CUT) < shd_lobe_functions(&e, least));
     }
@@ -73,7 +77,7 @@ static void lobes_that_are_short_have_the_errors_of_such(void **state) {
             const shd_scene scene = {.light_count = lights};
             const shd_plan plan = {.scene = &scene};
             const bool is_short = shd_pack_lobe(&plan, shininess).is_short,
-                       rough = shd_lobe_error_of(SHD_STANDARD, shininess, lights).rough > 0;
+                       rough = shd_lobe_error_of(SHD_ROUNDS_FUSED, shininess, lights).rough > 0;
             if (lights == 1 ? is_short != rough : is_short && !rough)
                 fail_msg("ns %g, %zu lights: %d, %d", shininess, lights, is_short, rough);
         }
@@ -84,7 +88,7 @@ static void least_powers_are_counted_as_faint(void **state) {
     kernel kernels[MOST_KERNELS];
     const size_t count = find_kernels(kernels);
     for (size_t k = 1; k < count; k++) {
-        const shd_lobe_error e = shd_lobe_error_of(kernels[k].tier, 16, 1);
+        const shd_lobe_error e = shd_lobe_error_of(rounding_of(&kernels[k]), 16, 1);
         const double seen = power_at(&kernels[k], 16, 0x1p-20);
         if (!(seen <= shd_lobe_faint(&e, 0))) fail_msg("%s: %g", kernels[k].name, seen);
         if (is_narrow(&kernels[k])) assert_true(seen > 0);
@@ -107,7 +111,7 @@ static void attenuation_is_held_at_one_value(void **state) {
 
 static void rims_are_wider_than_directions_are_off(void **state) {
     (void)state;
-    const double direction = shd_path_error_of(SHD_STANDARD, SHD_PATH_ATTENUATED)->direction;
+    const double direction = shd_path_error_of(SHD_ROUNDS_LOOSE, SHD_PATH_ATTENUATED)->direction;
     const shd_scene scene = {.light_count = 1};
     const shd_plan plan = {.scene = &scene, .scale = 1};
     for (double outer = 1e-9; outer <= 2; outer *= 1.5) {
@@ -126,7 +130,7 @@ static void rims_are_wider_than_directions_are_off(void **state) {
 static void colors_count_the_lights_of_a_group(void **state) {
     (void)state;
     const shd_scene scene = {.light_count = 9, .raster = {.samples = 1}};
-    const shd_plan plan = {.scene = &scene, .scale = 1};
+    const shd_plan plan = {.scene = &scene, .scale = 1, .isa = SHD_AVX2};
     size_t together = 0;
     for (size_t i = 0; i < 9; i++) {
         shd_plan_light light = overhead;
@@ -147,7 +151,7 @@ static void sheer_lobes_are_lit_in_f64(void **state) {
         const shd_lighting *lighting = shd_lighting_new(&s.plan, NULL, arena);
         assert_non_null(lighting);
         /* Bounds take such a lobe to be twice as steep, and more. */
-        const bool steep = shd_lobe_error_of(SHD_STANDARD, shininess, 1).slope >= 2;
+        const bool steep = shd_lobe_error_of(SHD_ROUNDS_LOOSE, shininess, 1).slope >= 2;
         if ((lighting->materials[0].sums == lighting->sums64) != steep)
             fail_msg("ns %g", shininess);
     }

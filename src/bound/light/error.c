@@ -4,10 +4,18 @@
 #define U32 0x1p-24
 #define U64 0x1p-53
 
-static const shd_path_error fast[] = {
+static const shd_path_error fused[] = {
     [SHD_PATH_DIRECTIONAL] = {2 * U32, 1.2 * U32, 1.8 * U32},
     [SHD_PATH_POINT] = {2.6 * U32, 2.4 * U32, 2.3 * U32},
     [SHD_PATH_ATTENUATED] = {2.6 * U32, 9.4 * U32, 2.3 * U32},
+};
+/* Where products are rounded by themselves, the sum of three is off by one unit more at most, of
+ * the products' absolute sum: N.L, and, where none is below 0, |L|^2 and |L - W|^2. L - W is as
+ * above. a + d (b + d c) is off by two more, and the attenuation by that and by |L|^2. */
+static const shd_path_error loose[] = {
+    [SHD_PATH_DIRECTIONAL] = {3 * U32, 1.2 * U32, 1.8 * U32},
+    [SHD_PATH_POINT] = {3.6 * U32, 2.9 * U32, 2.4 * U32},
+    [SHD_PATH_ATTENUATED] = {3.6 * U32, 12.9 * U32, 2.4 * U32},
 };
 /* Of sketches: light's directions err by 13 units, normals by 34 and mirrored views by 154 (proven
  * in shade/sketch.c), beside what is told above, of products that may not be fused. */
@@ -19,23 +27,28 @@ static const shd_path_error sketched[] = {
 /* Of N.V, the products and the difference, and because N and V are not unit to the last digit. */
 static const shd_path_error exact = {4 * U64, 8 * U64, 8 * U64};
 
-const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path) {
-    return tier == SHD_EXACT ? &exact : &fast[path];
+shd_rounding shd_rounding_of(shd_tier tier, shd_isa isa) {
+    return tier == SHD_EXACT    ? SHD_ROUNDS_64
+           : shd_isa_fuses(isa) ? SHD_ROUNDS_FUSED
+                                : SHD_ROUNDS_LOOSE;
+}
+
+const shd_path_error *shd_path_error_of(shd_rounding rounding, shd_path path) {
+    return rounding == SHD_ROUNDS_64      ? &exact
+           : rounding == SHD_ROUNDS_FUSED ? &fused[path]
+                                          : &loose[path];
 }
 
 const shd_path_error *shd_sketch_error_of(shd_path path) {
     return &sketched[path];
 }
 
-void shd_lobe_error_sketch(shd_lobe_error *e) {
-    e->square *= 2;
-    e->ratio *= 2;
-    e->rough *= 2;
-}
-
 double shd_color_error(const shd_plan *plan, shd_tier tier) {
     const shd_scene *scene = plan->scene;
-    double roundings = tier == SHD_EXACT ? 1 : SHD_LIGHT_GROUP + 1;
+    const shd_rounding rounding = shd_rounding_of(tier, plan->isa);
+    double roundings = rounding == SHD_ROUNDS_64      ? 1
+                       : rounding == SHD_ROUNDS_FUSED ? SHD_LIGHT_GROUP + 1
+                                                      : SHD_LIGHT_GROUP + 2 /* colors' products */;
     /* Of each light's terms, their colors, and the sum. */
     if (plan->sketched)
         roundings += fmin((double)plan->light_count, SHD_SKETCH_LIGHTS) * (1 + SHD_SKETCH_LOBES);
@@ -64,13 +77,16 @@ double shd_shine_power(double shine, double shininess) {
     return shine < 1 && shininess > 0 ? pow(shine, shininess) : 1;
 }
 
-shd_lobe_error shd_lobe_error_of(shd_tier tier, double shininess, size_t lights) {
+shd_lobe_error shd_lobe_error_of(shd_rounding rounding, double shininess, size_t lights) {
+    const bool wide = rounding == SHD_ROUNDS_64;
+    /* Polynomials have twice the roundings. */
+    const double unit = rounding == SHD_ROUNDS_LOOSE ? 2 * U32 : U32;
     shd_lobe_error e = {.shininess = shininess,
-                        .square = 2 * (tier == SHD_EXACT ? U64 : U32),
-                        .ratio = tier == SHD_EXACT ? 10 * U64 : 4 * U32};
-    if (tier != SHD_EXACT) {
+                        .square = 2 * (wide ? U64 : unit),
+                        .ratio = wide ? 10 * U64 : 4 * unit};
+    if (!wide) {
         const double cut = shd_lobe_cut(lights);
-        if (shd_is_short_lobe(shininess, SHD_LEAST_CUT)) e.rough = 0.3 * U32;
+        if (shd_is_short_lobe(shininess, SHD_LEAST_CUT)) e.rough = 0.3 * unit;
         if (cut < shininess) e.faint = exp(shininess * log1p(-cut / shininess));
     }
     if (shd_is_sheer(shininess)) { /* it is done in f64, by positions of twice f32's digits */
@@ -125,18 +141,20 @@ double shd_lobe_sum(double turned, double functions) {
     return functions > both ? functions : both;
 }
 
-double shd_spot_error(shd_tier tier, const shd_plan_light *spot, double low, double high,
+double shd_spot_error(shd_rounding rounding, const shd_plan_light *spot, double low, double high,
                       double moved) {
-    const double direction = shd_path_error_of(tier, SHD_PATH_ATTENUATED)->direction + moved;
-    const double unit = tier == SHD_EXACT ? U64 : U32;
+    const double direction = shd_path_error_of(rounding, SHD_PATH_ATTENUATED)->direction + moved;
+    const double unit = rounding == SHD_ROUNDS_64 ? U64 : U32;
     double error = 0;
     /* q is off by sqrt(2 q) times the directions' error, and smoothstep is 1.5 steep at most. All
      * this is nothing before the cone begins to fade. */
     const double q = 1 - low < spot->outer ? 1 - low : spot->outer;
     if (spot->outer > spot->inner && q > spot->inner - 1e-5)
-        error = 1.5 * (sqrt(2 * q) * direction + 4 * unit * q) / (spot->outer - spot->inner);
+        error = 1.5 *
+                (sqrt(2 * q) * direction + (rounding == SHD_ROUNDS_LOOSE ? 5 : 4) * unit * q) /
+                (spot->outer - spot->inner);
     if (spot->exponent > 0) {
-        const shd_lobe_error e = shd_lobe_error_of(tier, spot->exponent, 1);
+        const shd_lobe_error e = shd_lobe_error_of(rounding, spot->exponent, 1);
         const double power = shd_shine_power(high, spot->exponent);
         error += shd_lobe_sum(shd_lobe_turned(&e, high, power, direction),
                               shd_lobe_functions(&e, power));

@@ -29,10 +29,17 @@ typedef struct shd_path_error {
     double direction; /* of L and W, as a chord; ns multiplies it */
 } shd_path_error;
 
-const shd_path_error *shd_path_error_of(shd_tier tier, shd_path path);
+/* How kernels round: in f64; in f32, products with the sums that they are added to, or by
+ * themselves. */
+typedef enum shd_rounding { SHD_ROUNDS_64, SHD_ROUNDS_FUSED, SHD_ROUNDS_LOOSE } shd_rounding;
 
-/* Of a plan that is sketched (shade/sketch.h): no less than the standard tier's, which draws the
- * rest of its pictures; and what becomes of that tier's lobes. */
+/* How Phong's kernels of an instruction set do in a tier. */
+shd_rounding shd_rounding_of(shd_tier tier, shd_isa isa);
+
+const shd_path_error *shd_path_error_of(shd_rounding rounding, shd_path path);
+
+/* Of a plan that is sketched (shade/sketch.h), whose lobes are SHD_ROUNDS_LOOSE: no less than the
+ * standard tier's, which draws the rest of its pictures. */
 const shd_path_error *shd_sketch_error_of(shd_path path);
 
 /* The relative error of a color. It counts the sum of a group of lights in f32 (or the rounding of
@@ -57,9 +64,7 @@ typedef struct shd_lobe_error {
 } shd_lobe_error;
 
 /* `lights`: how many the scene has, for these share what is cut off. */
-shd_lobe_error shd_lobe_error_of(shd_tier tier, double shininess, size_t lights);
-
-void shd_lobe_error_sketch(shd_lobe_error *e);
+shd_lobe_error shd_lobe_error_of(shd_rounding rounding, double shininess, size_t lights);
 
 /* (shine+)^shininess. */
 double shd_shine_power(double shine, double shininess);
@@ -79,5 +84,5 @@ double shd_lobe_faint(const shd_lobe_error *e, double power);
 double shd_lobe_sum(double turned, double functions);
 
 /* The error of a spot's factor s if cos t is in [low, high] and directions are off by `moved`. */
-double shd_spot_error(shd_tier tier, const shd_plan_light *spot, double low, double high,
+double shd_spot_error(shd_rounding rounding, const shd_plan_light *spot, double low, double high,
                       double moved);

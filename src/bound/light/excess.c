@@ -120,10 +120,10 @@ static bool find_object(shd_finding *f, size_t index, bool same_group, bool few,
     const shd_plan_material *material = &plan->materials[object->material];
     if (!same_group) {
         const size_t lights = plan->scene->light_count;
-        for (size_t k = 0; k < material->lobe_count; k++) {
-            f->lobes[k] = shd_lobe_error_of(f->tier, material->lobes[k].shininess, lights);
-            if (plan->sketched) shd_lobe_error_sketch(&f->lobes[k]);
-        }
+        const shd_rounding rounding =
+            plan->sketched ? SHD_ROUNDS_LOOSE : shd_rounding_of(f->tier, plan->isa);
+        for (size_t k = 0; k < material->lobe_count; k++)
+            f->lobes[k] = shd_lobe_error_of(rounding, material->lobes[k].shininess, lights);
         shd_terms_set(plan, &f->hues, &plan->groups[object->group], &f->terms);
         f->kept = NULL;
         if (!f->terms.least && f->terms.count <= SHD_MOST_TERMS && f->list->count < SHD_EXCESSES) {

@@ -147,7 +147,7 @@ static void see_narrowly(const finding *f, const shd_plan_light *light, shd_glan
                                                              : SHD_PATH_POINT;
     const shd_moved moved = shd_moved_by_f32(f->sums.plan, &f->sums.place, light);
     g->narrow = true;
-    g->relative = shd_path_error_of(SHD_STANDARD, path)->relative;
+    g->relative = shd_path_error_of(SHD_ROUNDS_FUSED, path)->relative;
     g->place = moved.far + (moved.near > 0 ? moved.near / g->lit.nearest : 0);
     g->place = shd_smaller(g->place, 1);
     g->direction = SHD_WEIGHT_DIRECTION32 + g->place;

@@ -14,8 +14,9 @@ static shd_path path_of(const shd_plan_light *light) {
 }
 
 static const shd_path_error *error_of(const shd_finding *f, const shd_plan_light *light) {
-    return f->plan->sketched ? shd_sketch_error_of(path_of(light))
-                             : shd_path_error_of(f->tier, path_of(light));
+    return f->plan->sketched
+               ? shd_sketch_error_of(path_of(light))
+               : shd_path_error_of(shd_rounding_of(f->tier, f->plan->isa), path_of(light));
 }
 
 /* `from_origin`: how far the light is away from the frame's. */
@@ -105,7 +106,8 @@ static double add_light_error(shd_finding *f, const shd_plan_material *material,
     /* A low s makes the errors low that it multiplies, but not its own. */
     if (light->spot && !light->steep && f->tier != SHD_EXACT)
         spot = from->strength * lit->fall_high *
-               shd_spot_error(f->tier, light, lit->axis_low, lit->axis_high, position);
+               shd_spot_error(shd_rounding_of(f->tier, f->plan->isa), light, lit->axis_low,
+                              lit->axis_high, position);
     shd_much *to = &f->much[from->term];
     const shd_term *term = &f->terms.list[from->term];
     for (int c = 0; c < 3; c++) seen[c] = term->color[c] * high * lit->facing_high;

@@ -60,7 +60,7 @@ static void add_error(shd_lit_errors *f, product p, double error) {
 static void add_narrow(shd_lit_errors *f, product p, const shd_plan_light *light,
                        const shd_glance *g, shd_weight w) {
     const double distance = g->relative + (light->attenuated ? 2 * g->place : 0),
-                 spot = light->spot ? shd_spot_error(SHD_STANDARD, light, g->lit.axis_low,
+                 spot = light->spot ? shd_spot_error(SHD_ROUNDS_FUSED, light, g->lit.axis_low,
                                                      g->lit.axis_high, g->place)
                                     : 0;
     add_error(f, p,
@@ -72,7 +72,7 @@ static void add_weight(shd_lit_errors *f, product p, const shd_plan_light *light
                        const shd_glance *g, shd_weight w) {
     /* Attenuation and cones multiply, and err by distances and directions. */
     const double distance = light->attenuated ? 2 * g->place : 0,
-                 spot = light->spot ? shd_spot_error(SHD_EXACT, light, g->lit.axis_low,
+                 spot = light->spot ? shd_spot_error(SHD_ROUNDS_64, light, g->lit.axis_low,
                                                      g->lit.axis_high, g->place)
                                     : 0;
     const double factor = g->lit.factor_high,

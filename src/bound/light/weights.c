@@ -31,7 +31,7 @@ static shd_weight weigh_diffuse(const shd_plan_material *m, const shd_glance *g)
 static double power_error(double shininess, double shine, double most, double direction,
                           const shd_glance *g, size_t lights) {
     const shd_lobe_error e =
-        shd_lobe_error_of(g->narrow ? SHD_STANDARD : SHD_EXACT, shininess, lights);
+        shd_lobe_error_of(g->narrow ? SHD_ROUNDS_FUSED : SHD_ROUNDS_64, shininess, lights);
     double turned = shd_lobe_turned(&e, shine, most, direction);
     if (g->drifts && shininess > 0 && shininess < 1) turned = pow(direction, shininess);
     return shd_lobe_sum(turned, shd_lobe_functions(&e, most)) + shd_lobe_faint(&e, most);
