@@ -13,10 +13,11 @@ static const double UNSEEN = 0.01;
 static const double FEW = 3 * 8;
 
 /* The variance of what is left of a row with weight 1. */
-double shd_fit_variance(const shd_fitting *f, double rest, size_t rows, int parameters) {
-    const double found = rows > (size_t)parameters ? rest / (double)(rows - (size_t)parameters) : 0;
+double shd_fit_variance(const shd_fitting *f, double rest, size_t errors, int parameters) {
+    const size_t few = (size_t)parameters;
+    const double found = errors > few ? rest / (double)(errors - few) : 0;
     if (f->rows->relative) return found;
-    return found < 0.5 ? fmax((double)rows, 1) : fmax(found, 1);
+    return found < 0.5 ? fmax((double)errors, 1) : fmax(found, 1);
 }
 
 static int look_alike(const shd_products *p, int term) {
@@ -171,9 +172,10 @@ static void sum_rests(const shd_fitting *f, const shd_candidate *best, const flo
     }
     for (int c = 0; c < 3; c++) {
         shd_fit_channel *channel = &out->channels[c];
-        const double count = channel->rows ? (double)channel->rows : 1;
+        const double count = fmax((double)channel->rows, 1),
+                     errors = fmax((double)shd_fit_errors(f, channel->rows, c), 1);
         channel->rms = sqrt(sums[c] / count);
-        channel->weighted = sqrt(weighted[c] / count);
+        channel->weighted = sqrt(weighted[c] / errors);
     }
 }
 
@@ -197,8 +199,9 @@ shd_status shd_fit_tell_errors(const shd_fitting *f, shd_candidate *best, bool l
     sum_rests(f, best, f->scratch[1], out);
     for (int c = 0; c < 3; c++) {
         shd_fit_channel *channel = &out->channels[c];
-        const double rest = channel->weighted * channel->weighted * (double)channel->rows;
-        variance[c] = shd_fit_variance(f, rest, channel->rows, SHD_FIT_TERMS);
+        const size_t errors = shd_fit_errors(f, channel->rows, c);
+        const double rest = channel->weighted * channel->weighted * (double)errors;
+        variance[c] = shd_fit_variance(f, rest, errors, SHD_FIT_TERMS);
         doubt_terms(&best->products[c], lobe, variance[c], channel, uses[c]);
     }
     const double on =

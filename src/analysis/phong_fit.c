@@ -115,9 +115,9 @@ shd_status shd_phong_fit_find(const shd_fit_rows *rows, shd_fit_lobes *lobes, vo
     if (status == SHD_OK) status = search(&f, &best, &flattest, error);
     if (status != SHD_OK) return status;
     count_rows(&f, &found);
-    size_t values = 0;
-    for (int c = 0; c < 3; c++) values += found.channels[c].rows;
-    const double variance = shd_fit_variance(&f, best.rest, values, 10);
+    size_t errors = 0;
+    for (int c = 0; c < 3; c++) errors += shd_fit_errors(&f, found.channels[c].rows, c);
+    const double variance = shd_fit_variance(&f, best.rest, errors, 10);
     const bool lobe = left_without(&f) - best.rest > HIGHLIGHT * variance;
     if (!lobe) forget_lobe(&f, &best);
     if (!lobe)

@@ -24,6 +24,7 @@ typedef struct shd_fit_rows {
     const float *light;   /* linear */
     const float *weight;  /* 1 / standard deviation of `light`; 0: it is left out */
     const float *diffuse; /* D */
+    size_t alike[3];      /* rows of a channel that share one error, and whose weights say so */
     bool relative;        /* weights are in no unit: errors are told by what is left alone */
 } shd_fit_rows;
 
@@ -64,8 +65,9 @@ typedef struct shd_phong_fit {
  * exponents, evenly in log(1 + n), and from its two best valleys on with eight at a time. Without a
  * highlight that stands out of what is left (by F's test, at about 4 standard deviations), there is
  * none. Standard deviations are those of the linearized problem without the bounds at 0; errors of
- * rows count as independent, and as large as what is left if that is more than weights say; where
- * less than half of that is left, as on a flat picture's codes, they are one error.
+ * rows count as independent but for those that are `alike`, and as large as what is left if that is
+ * more than weights say; where less than half of that is left, as on a flat picture's codes, they
+ * are one error.
  * `lobes` is called 12 to 24 times. SHD_CANCELLED, or what `lobes` returns. */
 shd_status shd_phong_fit_find(const shd_fit_rows *rows, shd_fit_lobes *lobes, void *context,
                               float *scratch[SHD_FIT_LOBES], const atomic_bool *cancelled,

@@ -27,8 +27,14 @@ static inline double shd_fit_exponent(double at) {
 
 shd_status shd_fit_cancelled(shd_error *error);
 
+/* How many errors a channel's rows have. */
+static inline size_t shd_fit_errors(const shd_fitting *f, size_t rows, int channel) {
+    const size_t alike = f->rows->alike[channel];
+    return alike > 1 ? rows - alike + 1 : rows;
+}
+
 /* The variance of what is left of a row with weight 1, after so many parameters. */
-double shd_fit_variance(const shd_fitting *f, double rest, size_t rows, int parameters);
+double shd_fit_variance(const shd_fitting *f, double rest, size_t errors, int parameters);
 
 /* Sums what no highlight has part in: f->base. SHD_CANCELLED. */
 shd_status shd_fit_sum_base(shd_fitting *f, shd_error *error);

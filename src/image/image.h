@@ -36,7 +36,7 @@ typedef struct shd_image {
     int channel; /* -1: all; 0..2: that one as grey, with alpha if `alpha`; 3: alpha as grey */
     bool alpha;  /* alpha is kept; false: `rgba` is opaque, or alpha is the channel */
     shd_depth depth;
-    int quality; /* 1..100: jpeg, webp (100 is lossless) */
+    int quality; /* 1..100: jpeg, webp (100 is lossless); 0 before it is found */
     int effort;  /* 0..6: webp, 0 is fastest */
     /* EXR: as OpenEXR names it; NULL: zip, or zips if lines are long. PNG: fast, small or NULL. */
     const char *compression;

@@ -42,7 +42,8 @@ static bool is_sharp(const shd_image *image) {
 uint64_t shd_webp_scratch(const shd_image *image, shd_format format, bool samples) {
     (void)format, (void)samples;
     const uint64_t pixels = (uint64_t)image->width * (uint64_t)image->height;
-    const bool lossless = image->quality >= 100 || image->alpha;
+    /* A quality that is still looked for may become 100. */
+    const bool lossless = image->quality >= 100 || !image->quality || image->alpha;
     const unsigned held = image->decoded ? 4 : 0; /* the samples, for comparing */
     return pixels * (held + (lossless ? 56 : is_sharp(image) ? 32 : 24)) + (1 << 20);
 }

@@ -90,7 +90,8 @@ static bool has_flag(const struct aiMaterial *m, const char *key, unsigned type,
 }
 
 /* glTF: whether what is not opaque is seen through, or cut out as a whole. */
-static void apply_alpha_mode(const struct aiMaterial *m, shd_model_material *out) {
+static void apply_alpha_mode(shd_map_reader *maps, const struct aiMaterial *m,
+                             shd_model_material *out) {
     struct aiString mode;
     float cutoff = 0.5f;
     if (aiGetMaterialString(m, ALPHA_MODE, &mode) != aiReturn_SUCCESS) return;
@@ -99,8 +100,10 @@ static void apply_alpha_mode(const struct aiMaterial *m, shd_model_material *out
     if (!strcmp(mode.data, "OPAQUE"))
         out->opacity = 1;
     else if (!strcmp(mode.data, "MASK")) {
-        out->opacity = out->opacity >= cutoff;
+        const float factor = out->opacity;
+        out->opacity = factor >= cutoff;
         out->cutoff = cutoff;
+        if (out->opacity > 0) shd_put_cut_out(maps, factor, out);
     }
 }
 
@@ -148,7 +151,7 @@ static shd_model_material put_material(shd_block *b, shd_map_reader *maps, const
     out.occlusion = 1;
     get_float(m, STRENGTH, aiTextureType_LIGHTMAP, 0, &out.occlusion);
     shd_put_maps(maps, m, named ? name.data : "", &out);
-    apply_alpha_mode(m, &out);
+    apply_alpha_mode(maps, m, &out);
     return out;
 }
 

@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "import/cutout.h"
 #include "import/mean.h"
 
 /* glTF's normalTexture.scale, which assimp's header of materials does not have. */
@@ -95,23 +96,33 @@ static const char *find_name(const shd_map_reader *r, const char *name) {
     return texture && texture->mFilename.length ? texture->mFilename.data : name;
 }
 
-static shd_model_picture make_picture(shd_map_reader *r, const char *name) {
-    const struct aiTexture *texture = *name == '*' ? find_embedded(r, name) : NULL;
-    size_t size = texture ? texture->mWidth : 0;
-    const void *bytes = texture        ? (const void *)texture->pcData
-                        : *name == '*' ? NULL
-                                       : read_named(r, name, &size);
-    shd_model_picture out = {.name = shd_block_text(r->block, find_name(r, name))};
+static shd_model_picture make_picture(shd_map_reader *r, const char *name, const void *bytes,
+                                      size_t size) {
+    shd_model_picture out = {.name = shd_block_text(r->block, name)};
     out.bytes = shd_block_items(r->block, bytes, bytes ? size : 0, 1);
     out.measured = bytes && shd_measure_picture(bytes, size, out.mean, out.linear);
     return out;
 }
 
-/* 1 + the index of a picture. */
-static uint32_t put_picture(shd_map_reader *r, const char *name) {
-    if (r->full || r->block->full) return 0;
+static shd_model_picture load_picture(shd_map_reader *r, const char *name) {
+    const struct aiTexture *texture = *name == '*' ? find_embedded(r, name) : NULL;
+    size_t size = texture ? texture->mWidth : 0;
+    const void *bytes = texture        ? (const void *)texture->pcData
+                        : *name == '*' ? NULL
+                                       : read_named(r, name, &size);
+    return make_picture(r, find_name(r, name), bytes, size);
+}
+
+/* 1 + the index of the picture that has this key; 0: none has. */
+static uint32_t find_picture(const shd_map_reader *r, const char *key) {
     for (size_t i = 0; i < r->count; i++)
-        if (!strcmp(r->keys[i], name)) return (uint32_t)(i + 1);
+        if (!strcmp(r->keys[i], key)) return (uint32_t)(i + 1);
+    return 0;
+}
+
+/* Room for one more, whose key is put. */
+static bool put_key(shd_map_reader *r, const char *key) {
+    if (r->full || r->block->full) return false;
     if (r->count == r->capacity) {
         const size_t capacity = r->capacity ? 2 * r->capacity : 16;
         shd_model_picture *more = realloc(r->pictures, capacity * sizeof *more);
@@ -119,13 +130,19 @@ static uint32_t put_picture(shd_map_reader *r, const char *name) {
         if (more) r->pictures = more;
         if (keys) r->keys = keys;
         r->full = !more || !keys;
-        if (r->full) return 0;
+        if (r->full) return false;
         r->capacity = capacity;
     }
-    r->keys[r->count] = strdup(name);
+    r->keys[r->count] = strdup(key);
     r->full = !r->keys[r->count];
-    if (r->full) return 0;
-    r->pictures[r->count++] = make_picture(r, name);
+    return !r->full;
+}
+
+/* 1 + the index of a picture. */
+static uint32_t put_picture(shd_map_reader *r, const char *name) {
+    const uint32_t known = find_picture(r, name);
+    if (known || !put_key(r, name)) return known;
+    r->pictures[r->count++] = load_picture(r, name);
     return (uint32_t)r->count;
 }
 
@@ -154,6 +171,16 @@ static void place_map(const struct aiMaterial *m, unsigned type, shd_model_map *
     out->rotate = (float)(turn * 180 / M_PI);
     out->offset[0] = (float)(right + s * sy);
     out->offset[1] = (float)(1 - down - c * sy);
+}
+
+/* Within what scenes may have. */
+static void hold_bump(const shd_map_reader *r, const char *name, shd_model_map *map) {
+    const float most = 1000, given = map->bump;
+    map->bump = isnan(given) ? 1 : fminf(fmaxf(given, -most), most);
+    if (map->bump != given)
+        shd_lose(r->losses,
+                 "material \"%s\": its picture of normals has a scale of %g, which is taken for %g",
+                 name, (double)given, (double)map->bump);
 }
 
 static float bump_of(const struct aiMaterial *m, unsigned type) {
@@ -238,6 +265,30 @@ static void put_unseen(shd_map_reader *r, const char *name, shd_model_material *
     }
 }
 
+void shd_put_cut_out(shd_map_reader *r, float factor, shd_model_material *out) {
+    const shd_model_map *base = &out->maps[SHD_MAP_DIFFUSE];
+    if (!base->picture || !out->cutoff) return;
+    const shd_model_picture *whole = &r->pictures[base->picture - 1];
+    if (!whole->measured || whole->mean[3] >= 1) return;
+    char key[64];
+    snprintf(key, sizeof key, "cut out of %u at %a of %a", base->picture, (double)out->cutoff,
+             (double)factor);
+    uint32_t mask = find_picture(r, key);
+    void *file;
+    size_t length;
+    if (!mask && shd_cut_out(r->block->bytes + whole->bytes.at, whole->bytes.count, factor,
+                             out->cutoff, &file, &length)) {
+        if (put_key(r, key)) {
+            r->pictures[r->count++] = make_picture(r, key, file, length);
+            mask = (uint32_t)r->count;
+        }
+        free(file);
+    }
+    if (!mask) return;
+    out->maps[SHD_MAP_OPACITY] = *base;
+    out->maps[SHD_MAP_OPACITY].picture = mask;
+}
+
 void shd_put_maps(shd_map_reader *r, const struct aiMaterial *m, const char *name,
                   shd_model_material *out) {
     for (int type = aiTextureType_DIFFUSE; type <= AI_TEXTURE_TYPE_MAX; type++) {
@@ -269,4 +320,5 @@ void shd_put_maps(shd_map_reader *r, const struct aiMaterial *m, const char *nam
         if (said) apply_statement(said, map);
     }
     put_unseen(r, name, out);
+    if (out->maps[SHD_MAP_NORMAL].picture) hold_bump(r, name, &out->maps[SHD_MAP_NORMAL]);
 }

@@ -37,19 +37,26 @@ static void take_mean(const size_t seen[256], float *mean, float *linear) {
     if (linear) *linear = (float)(light / count);
 }
 
-bool shd_measure_picture(const void *bytes, size_t size, float mean[4], float linear[3]) {
+void *shd_decode_codes(const void *bytes, size_t size, shd_decoded *picture) {
     const shd_decoder decoder = {.most = PIXELS_MOST, .admit = admit_any};
-    size_t seen[4][256] = {{0}};
-    shd_decoded p = {0};
     void *samples = NULL;
     shd_error error;
-    if (shd_decode(&decoder, bytes, size, &p, &samples, &error) != SHD_OK) return false;
-    const bool known = p.depth != SHD_FLOAT;
-    if (known) count_codes(&p, samples, seen);
+    if (shd_decode(&decoder, bytes, size, picture, &samples, &error) != SHD_OK) return NULL;
+    if (picture->depth != SHD_FLOAT) return samples;
+    free(samples);
+    return NULL;
+}
+
+bool shd_measure_picture(const void *bytes, size_t size, float mean[4], float linear[3]) {
+    size_t seen[4][256] = {{0}};
+    shd_decoded p = {0};
+    void *samples = shd_decode_codes(bytes, size, &p);
+    if (!samples) return false;
+    count_codes(&p, samples, seen);
     free(samples);
     mean[3] = 1;
-    for (int c = 0; known && c < 3; c++)
+    for (int c = 0; c < 3; c++)
         take_mean(seen[p.count - p.alpha < 3 ? 0 : c], &mean[c], &linear[c]);
-    if (known && p.alpha) take_mean(seen[3], &mean[3], NULL);
-    return known;
+    if (p.alpha) take_mean(seen[3], &mean[3], NULL);
+    return true;
 }

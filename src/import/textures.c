@@ -80,11 +80,14 @@ static bool mirrors_base(const shd_model_material *from) {
     return from->kind == SHD_MODEL_METAL_ROUGH && from->metallic > 0.5f;
 }
 
+/* Whether it shows one color, whatever the light. */
+static bool glows(const shd_model_material *from) {
+    return from->unlit || (from->kind == SHD_MODEL_MTL && !from->illum);
+}
+
 /* Which of our coefficients follow the picture of a color of the file. */
 static void give_texture(const shd_model_material *from, shd_model_map_kind kind,
                          const shd_import_texture *texture, shd_import_material *out) {
-    const bool is_mtl = from->kind == SHD_MODEL_MTL,
-               glows = from->unlit || (is_mtl && !from->illum);
     if (kind == SHD_MAP_OPACITY) {
         const bool alpha = texture->picture->measured && texture->picture->mean[3] < 1;
         out->textures[kind] = *texture;
@@ -96,7 +99,7 @@ static void give_texture(const shd_model_material *from, shd_model_map_kind kind
         out->textures[SHD_MAP_OPACITY] = *texture;
         out->textures[SHD_MAP_OPACITY].channel = 'A';
     }
-    if (glows) { /* a color, whatever the light */
+    if (glows(from)) {
         if (kind == SHD_MAP_DIFFUSE) out->textures[SHD_MAP_EMISSIVE] = *texture;
         return;
     }
@@ -105,7 +108,7 @@ static void give_texture(const shd_model_material *from, shd_model_map_kind kind
     /* What rough facets scatter is in it, which is not all of the base color: where that is bright,
      * the factor would make it more than there is. */
     if (from->kind == SHD_MODEL_METAL_ROUGH) out->textures[kind].most = 1;
-    if (!is_mtl) out->textures[SHD_MAP_AMBIENT] = *texture;
+    if (from->kind != SHD_MODEL_MTL) out->textures[SHD_MAP_AMBIENT] = *texture;
     /* A metal mirrors its base color, which only Phong's lobes can take from a picture. */
     if (mirrors_base(from) && out->light.model == SHD_NATIVE_PHONG)
         out->textures[SHD_MAP_SPECULAR] = *texture;
@@ -114,8 +117,9 @@ static void give_texture(const shd_model_material *from, shd_model_map_kind kind
 /* Looks at the picture of one use: it is taken, or leaves its mean in `color` (NULL: it is of no
  * color). */
 static void consider_map(const shd_scene_writer *w, size_t material, const char *name,
-                         shd_model_map_kind kind, float *color, const shd_model_map *map,
+                         shd_model_map_kind kind, float *color, const shd_model_material *from,
                          shd_import_texture *out) {
+    const shd_model_map *map = &from->maps[kind];
     const shd_model_picture *picture = picture_of(w, map);
     char text[160];
     double mean[3] = {1, 1, 1}, factor[3] = {1, 1, 1};
@@ -123,6 +127,8 @@ static void consider_map(const shd_scene_writer *w, size_t material, const char 
     for (int c = 0; color && c < 3; c++) factor[c] = (double)color[c];
     if (color) take_mean(picture, color, mean);
     const char *why = find_obstacle(w, material, map, picture);
+    if (!why && glows(from) && kind != SHD_MAP_DIFFUSE && kind != SHD_MAP_OPACITY)
+        why = "no light changes its color";
     if (!why) {
         *out = (shd_import_texture){.map = map,
                                     .picture = picture,
@@ -131,6 +137,7 @@ static void consider_map(const shd_scene_writer *w, size_t material, const char 
                                     .most = HUGE_VAL};
         return;
     }
+    if (kind == SHD_MAP_OPACITY && from->cutoff > 0) return; /* its base color's is told */
     snprintf(text, sizeof text, "the picture of its %s is left out%s, because %s", uses[kind],
              color && picture->measured ? " but for its mean" : "", why);
     note_picture(w, name, picture->name, text);
@@ -151,7 +158,7 @@ static void tell_losses(const shd_scene_writer *w, const char *name, const shd_m
     if (clear && from->opacity < 1)
         shd_import_note(w->options, "material \"%s\": the factor of its opacity, %.3g, is left out",
                         name, (double)from->opacity);
-    if (clear && from->cutoff > 0)
+    if (clear && from->cutoff > 0 && !from->maps[SHD_MAP_OPACITY].picture)
         shd_import_note(
             w->options,
             "material \"%s\": what it cuts out below an alpha of %.3g fades by its alpha", name,
@@ -201,7 +208,7 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
                                            even.emissive};
     for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
         consider_map(w, index, name, (shd_model_map_kind)kind,
-                     kind < SHD_MAP_COLORS ? colors[kind] : NULL, &from->maps[kind], &taken[kind]);
+                     kind < SHD_MAP_COLORS ? colors[kind] : NULL, from, &taken[kind]);
     take_metal_rough(w, name, &even);
     shd_import_material_of(&even, w->options->phong, out);
     for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)

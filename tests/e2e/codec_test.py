@@ -91,12 +91,22 @@ class CodecTest(unittest.TestCase):
         self.assertEqual(error["pointer"], "/output/quality")
 
     def test_what_is_told_to_be_met_is_met(self):
-        for output, metric in (({"format": "jpeg"}, "code"), ({"format": "webp"}, "code"),
+        for output, metric in (({"format": "jpeg"}, "code"), ({"format": "webp", "quality": 99}, "code"),
                                ({"format": "jpeg"}, "deltaE2000"), ({"format": "jpeg", "quality": 40}, "linear")):
             with self.subTest(output=output, metric=metric):
                 error = self.problem({"accuracy": {"maxError": 1e-2, "metric": metric}, "output": output})
                 most = float(re.search("together ([0-9.e+-]+)", error["detail"])[1])
                 self.picture(most, metric, **output)
+
+    def test_webp_loses_nothing_where_each_loss_is_too_much(self):
+        for most, metric in (2, "code"), (0.5, "deltaE2000"), (1e-2, "linear"):
+            with self.subTest(metric=metric):
+                answer = self.picture(most, metric, format="webp")
+                quality, error, _, p99 = TOLD.match(answer.headers["Shaded-Codec"]).groups()
+                self.assertEqual((int(quality), float(error), float(p99)), (100, 0, 0))
+                np.testing.assert_array_equal(pixels(answer.body), self.samples(answer))
+        # By the same tier: as one that asks for no loss.
+        self.assertEqual(self.picture(1e-2, "linear", format="webp", quality=100, effort=4).body, answer.body)
 
     def test_the_lossless_needs_no_search(self):
         for output in {"format": "png"}, {"format": "webp", "quality": 100}:

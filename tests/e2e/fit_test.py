@@ -39,6 +39,37 @@ class CommandTest(Folder):
         done = shade("diff", scene, self.scene("fitted.json", fitted), "--fail-above", "deltaE2000.p99=1")
         self.assertEqual(done.returncode, 0, done.stderr)
 
+    def fit_own_picture(self, scene):
+        path, photo = self.scene("own.json", scene), self.folder / "own.png"
+        self.assertEqual(shade("render", path, "-o", photo).returncode, 0)
+        done = shade("fit", photo, path)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(done.stdout)
+
+    def test_small_pictures_tell_how_well_a_highlight_is_known(self):
+        """A highlight on a few pixels of 8 bits is known to its deviation, which is near 1e-3, and no better."""
+        material = {**BALL["objects"][0]["material"], "shininess": 75}
+        told = self.fit_own_picture({**BALL, "image": {"width": 96, "height": 72},
+                                     "objects": [{"type": "sphere", "material": material}]})
+        self.assertEqual(told["notIdentifiable"], [])
+        for found, deviation in zip(told["specular"]["value"], told["specular"]["deviation"]):
+            self.assertLess(abs(found - 0.25), 4 * deviation)
+            self.assertLess(deviation, 2e-3)
+
+    def test_without_a_light_the_sum_of_what_is_left_is_known(self):
+        told = self.fit_own_picture({**BALL, "lights": []})
+        self.assertEqual({doubt["term"] for doubt in told["notIdentifiable"]}, {"diffuse", "specular", "shininess"})
+        for found, deviation in zip(told["constant"]["value"], told["constant"]["deviation"]):
+            self.assertLess(abs(found - 0.06), 4 * deviation)
+            self.assertLess(deviation, 1e-3)  # half a code of 8 bits is 0.001 of light there
+
+    def test_a_shadow_on_most_of_it_spoils_nothing(self):
+        told = self.fit_own_picture({**BALL, "lights": [{"type": "point", "position": [-4, 0, -1]}]})
+        self.assertNotIn("diffuse", {doubt["term"] for doubt in told["notIdentifiable"]})
+        for found, known, deviation in zip(told["diffuse"]["value"], (0.6, 0.3, 0.15), told["diffuse"]["deviation"]):
+            self.assertLess(abs(found - known), 4 * deviation)
+            self.assertLess(deviation, 3e-3)
+
     def test_messages_say_what_they_are_about(self):
         scene, photo = self.scene("ball.json", {**BALL, "image": {"width": 8, "height": 8}}), self.folder / "ball.webp"
         self.assertEqual(shade("render", scene, "-o", photo).returncode, 0)

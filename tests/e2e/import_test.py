@@ -455,20 +455,22 @@ class Textures(Case):
             scene, said = self.load("model.gltf", textured(
                 {"name": "wood", "normalTexture": info, **more}, extensionsUsed=["KHR_texture_transform"],
                 samplers=[{"wrapS": 33071, "wrapT": 33071}]), "--assets", "assets")
-            self.assertNotIn("left out", said)
             normal = scene["materials"]["wood"].get("normal")
             if more:
-                self.assertIsNone(normal)  # no light, no normals
+                self.assertIn("its normals is left out, because no light changes its color", said)
+                self.assertIsNone(normal)
                 continue
+            self.assertNotIn("left out", said)
             self.assertEqual((normal["scale"], normal["uv"]["wrap"], normal["uv"]["scale"]), (-0.75, "clamp", [2, 3]))
             self.assertEqual(self.shade("check", "scene.json", "--assets", "assets").returncode, 0)
         scene, said = self.load("model.gltf", textured({"name": "wood", "normalTexture": {"index": 0}}))
         self.assertIn("picture of its normals is left out, because there is no --assets FOLDER", said)
         self.assertNotIn("normal", scene["materials"]["wood"])
-        for scale in 1000.5, -1e30:
-            (self.folder / "scene.json").unlink(missing_ok=True)
-            said = self.refuse("model.gltf", textured({"name": "wood", "normalTexture": {"index": 0, "scale": scale}}))
-            self.assertIn("picture of normals whose scale is beyond 1000", said)
+        for scale, taken in (1000.5, 1000), (-1e30, -1000):
+            scene, said = self.load("model.gltf", textured({"name": "wood", "normalTexture": {"index": 0, "scale": scale}}),
+                                    "--assets", "assets")
+            self.assertIn(f"has a scale of {scale:g}, which is taken for {taken}\n", said)
+            self.assertEqual(scene["materials"]["wood"]["normal"]["scale"], taken)
 
     def test_normals_of_mtl(self):
         for options, file, more in (("", "wood.png", {}), ("-bm 0.5 -s 2 3 1", "2.png", {"scale": 0.5})):
@@ -477,6 +479,14 @@ class Textures(Case):
             self.assertEqual({**a["normal"], "uv": 0}, {"texture": a["normal"]["texture"], **more, "uv": 0})
             self.assertEqual(a["normal"]["uv"], {"wrap": "repeat", **({"scale": [2, 3]} if options else {})})
             self.assertEqual(self.kept(a["normal"]), LEFT_RED if file == "wood.png" else HALF_METAL)
+        for number, taken in ("2000", 1000), ("nan", None):
+            a, said = self.mtl(f"norm -bm {number} wood.png\n")
+            self.assertIn("has a scale of " + number, said)
+            self.assertEqual(a["normal"].get("scale"), taken)
+        a, said = self.mtl("illum 0\nnorm wood.png\nmap_Ke 2.png\n")
+        for use in "normals", "emissive color":
+            self.assertRegex(said, f"picture of its {use} is left out.*, because no light changes its color")
+        self.assertNotIn("normal", a)
         a, said = self.mtl("map_Kn wood.png\nbump 2.png\n")
         self.assertEqual(self.kept(a["normal"]), LEFT_RED)
         self.assertIn("picture of its heights is left out", said)
@@ -489,8 +499,14 @@ class Textures(Case):
             self.assertEqual("alpha of its base color is left out: picture-0" in said, counts)
             scene, said = self.load("model.gltf", textured(material, images=[clear]), "--assets", "assets")
             leaf = scene["materials"]["leaf"]
-            self.assertEqual(leaf.get("opacity"), {"texture": leaf["diffuse"]["texture"], "channel": "A",
-                                                   "uv": {"wrap": "repeat"}} if counts else None)
+            cut = mode == "MASK"
+            if cut:
+                with Image.open(io.BytesIO(self.kept(leaf["opacity"]))) as image:
+                    self.assertEqual((image.mode, np.asarray(image).tolist()[0]), ("L", [255, 0]))
+                self.assertNotIn("fades", said)
+            self.assertEqual(leaf.get("opacity"), {
+                "texture": leaf["opacity" if cut else "diffuse"]["texture"], "channel": "R" if cut else "A",
+                "uv": {"wrap": "repeat"}} if counts else None)
             self.assertEqual(scene.get("trace"), {"depth": 8} if counts else None)
             self.assertEqual(self.shade("check", "scene.json", "--assets", "assets").returncode, 0)
         material["pbrMetallicRoughness"]["baseColorFactor"] = [1, 1, 1, 0.5]
@@ -553,13 +569,20 @@ class Textures(Case):
         for words in ("what KHR_materials_clearcoat says is left out", "what X___[31m says"):
             self.assertEqual(said.count(words), 1, (words, said))
         self.assertNotIn("KHR_materials_unlit", said)
-        clear = picture([[1, 2, 3, 255], [1, 2, 3, 0]])
-        leaf = {"name": "leaf", "alphaMode": "MASK", "alphaCutoff": 0.25,
-                "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
-        _, said = self.load("model.gltf", textured(leaf, images=[clear]), "--assets", "assets")
-        self.assertIn('"leaf": what it cuts out below an alpha of 0.25 fades by its alpha', said)
-        _, said = self.load("model.gltf", textured({**leaf, "alphaMode": "BLEND"}, images=[clear]), "--assets", "assets")
-        self.assertNotIn("cuts out", said)
+
+    def test_what_is_cut_out_has_an_edge(self):
+        fading = picture([[1, 2, 3, code] for code in (63, 64, 127, 128)])
+        for cutoff, factor, wanted in ((0.25, 1, [0, 255, 255, 255]), (0.25, 0.5, [0, 0, 0, 255]), (0.5, 0.25, None)):
+            base = {"baseColorTexture": {"index": 0}, "baseColorFactor": [1, 1, 1, factor]}
+            leaf = {"name": "leaf", "alphaMode": "MASK", "alphaCutoff": cutoff, "pbrMetallicRoughness": base}
+            scene, said = self.load("model.gltf", textured(leaf, images=[fading]), "--assets", "assets")
+            opacity = scene["materials"]["leaf"]["opacity"]
+            if wanted is None:
+                self.assertEqual(opacity, 0)
+                continue
+            self.assertNotIn("opacity", said)
+            with Image.open(io.BytesIO(self.kept(opacity))) as image:
+                self.assertEqual(np.asarray(image).tolist(), [wanted])
 
     def test_occlusion_darkens_surroundings(self):
         dark = picture([[51, 9, 9], [255, 9, 9]])

@@ -67,7 +67,11 @@ static shd_phong_fit fit_rows(rows *r, bool relative) {
     shd_phong_fit out;
     shd_error error;
     for (int k = 0; k < SHD_FIT_LOBES; k++) scratch[k] = r->lobes[k];
-    const shd_fit_rows in = {ROWS, r->light, r->weight, r->diffuse, relative};
+    const shd_fit_rows in = {.count = ROWS,
+                             .light = r->light,
+                             .weight = r->weight,
+                             .diffuse = r->diffuse,
+                             .relative = relative};
     assert_int_equal(shd_phong_fit_find(&in, give_lobes, r, scratch, NULL, &out, &error), SHD_OK);
     return out;
 }

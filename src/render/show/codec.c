@@ -11,6 +11,8 @@
 #include "image/pack.h"
 #include "render/show/shown.h"
 
+enum { LOSSLESS = 100 }; /* WebP's quality without loss, and JPEG's best */
+
 /* Errors are counted in classes of the upper halves of their floats, from 2^-20 to 2^9, so that
  * whole codes have classes of their own and others are rounded up by less than 1 %. */
 enum { LEAST = 0x3580, CLASSES = 0x4400 - LEAST + 1 };
@@ -236,9 +238,10 @@ static void give_up(shd_rendering *r, shd_bytes *bytes) {
 
 shd_status shd_codec_encode(shd_rendering *r, shd_codec *c, shd_image *image, shd_bytes *out,
                             shd_lost *lost, shd_error *error) {
-    /* WebP's 100 is another format, without loss. */
-    const int named = c->output->quality, best = c->output->format == SHD_WEBP ? 99 : 100,
-              top = named ? named : best;
+    /* WebP's 100 is another format, without loss: it is for what no other quality meets. */
+    const bool webp = c->output->format == SHD_WEBP;
+    const int named = c->output->quality, top = named ? named : webp ? LOSSLESS - 1 : LOSSLESS;
+    bool search = !named;
     const shd_pack pack = shd_pack_of(image, c->output->format);
     const void *samples;
     shd_bytes bytes = {NULL, 0};
@@ -248,8 +251,12 @@ shd_status shd_codec_encode(shd_rendering *r, shd_codec *c, shd_image *image, sh
     image->samples = samples; /* of all tries */
     pthread_mutex_init(&c->mutex, NULL);
     status = try_quality(r, c, image, top, true, &bytes, &meets, error);
+    if (status == SHD_OK && !meets && search && webp) {
+        search = false;
+        status = try_quality(r, c, image, LOSSLESS, true, &bytes, &meets, error);
+    }
     if (status == SHD_OK && !meets) status = refuse_quality(r, c, error);
-    if (status == SHD_OK && !named) status = bisect(r, c, image, top, &bytes, error);
+    if (status == SHD_OK && search) status = bisect(r, c, image, top, &bytes, error);
     pthread_mutex_destroy(&c->mutex);
     if (status != SHD_OK) give_up(r, &bytes);
     if (status != SHD_OK) return status;

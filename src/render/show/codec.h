@@ -25,7 +25,8 @@ shd_status shd_codec_new(shd_rendering *r, size_t index, const shd_color_info *i
                          shd_image *image, shd_codec **out, shd_error *error);
 
 /* Encodes the image at its own quality, or at the least that is found by bisection to meet the
- * budget. SHD_SCENE: it is not met. All that it takes of r->arena stays there. */
+ * budget; WebP without loss, at 100, if 99 does not. SHD_SCENE: it is not met. All that it takes of
+ * r->arena stays there. */
 shd_status shd_codec_encode(shd_rendering *r, shd_codec *codec, shd_image *image, shd_bytes *out,
                             shd_lost *lost, shd_error *error);
 

@@ -132,8 +132,8 @@ static shd_status see(shd_request *request, seeing *s, shd_error *error) {
 }
 
 /* Where no light strikes, a thing is of one color. If all these pixels have one code, its rounding
- * is one error and no mean of many: together they weigh as much as one. */
-static void weigh_shadow(const shd_photo *photo, const float *diffuse) {
+ * is one error and no mean of many: together they weigh as much as one. Tells how many they are. */
+static void weigh_shadow(const shd_photo *photo, const float *diffuse, size_t out[3]) {
     for (size_t c = 0; c < 3; c++) {
         size_t count = 0, first = 0;
         bool alike = !photo->exact;
@@ -142,6 +142,7 @@ static void weigh_shadow(const shd_photo *photo, const float *diffuse) {
             if (!count++) first = i;
             alike = photo->light[i] == photo->light[first];
         }
+        out[c] = alike ? count : 0;
         const float by = count ? (float)(1 / sqrt((double)count)) : 1;
         for (size_t i = c; i < 3 * photo->count && alike && count > 1; i += 3)
             if (diffuse[i] == 0) photo->weight[i] *= by;
@@ -172,8 +173,12 @@ static shd_status fit(shd_request *request, seeing *s, shd_phong_fit *out, shd_e
     }
     for (size_t i = 0; i < photo->count && !shd_is_cancelled_at(r->cancelled, i); i++)
         memcpy(diffuse + 3 * i, s->diffuse + 3 * (size_t)photo->pixels[i], 3 * sizeof *diffuse);
-    weigh_shadow(photo, diffuse);
-    const shd_fit_rows rows = {photo->count, photo->light, photo->weight, diffuse, photo->exact};
+    shd_fit_rows rows = {.count = photo->count,
+                         .light = photo->light,
+                         .weight = photo->weight,
+                         .diffuse = diffuse,
+                         .relative = photo->exact};
+    weigh_shadow(photo, diffuse, rows.alike);
     return shd_phong_fit_find(&rows, find_lobes, s, scratch, r->cancelled, out, error);
 }
 
