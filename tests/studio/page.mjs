@@ -24,10 +24,10 @@ export async function startBrowser() {
 const PATIENCE = 300000;
 
 // Numbers the requests of the large picture, so that pictures tell which one they are of; and
-// counts the addresses of Blobs that are not given back.
+// keeps the addresses of its Blobs that are not given back.
 function watch() {
     const ask = globalThis.fetch;
-    globalThis.counted = { requests: 0, aborted: 0, urls: 0, violations: [] };
+    globalThis.counted = { requests: 0, aborted: 0, urls: new Set(), violations: [] };
     globalThis.fetch = async (...values) => {
         const isLarge = String(values[0]).endsWith("/v1/render") && !/"(channel|scope)"/.test(values[1].body);
         const number = isLarge ? ++counted.requests : 0;
@@ -37,10 +37,16 @@ function watch() {
         answer.blob = async () => Object.assign(await blob(), { number });
         return answer;
     };
-    for (const [name, step] of [["createObjectURL", 1], ["revokeObjectURL", -1]]) {
-        const original = URL[name];
-        URL[name] = value => { counted.urls += step; return original.call(URL, value); };
-    }
+    const [make, giveBack] = [URL.createObjectURL, URL.revokeObjectURL];
+    URL.createObjectURL = value => {
+        const url = make.call(URL, value);
+        if (value.number) counted.urls.add(url);
+        return url;
+    };
+    URL.revokeObjectURL = url => {
+        counted.urls.delete(url);
+        giveBack.call(URL, url);
+    };
     document.addEventListener("securitypolicyviolation", event => counted.violations.push(`${event.violatedDirective}: ${event.blockedURI}`));
 }
 
@@ -160,9 +166,9 @@ export class Studio {
     shot(name) { return this.page.screenshot({ path: `${SHOTS}/${name}.png` }); }
 
     async close() {
-        const counted = await this.page.evaluate(() => globalThis.counted);
+        const violations = await this.page.evaluate(() => counted.violations);
         await this.context.close();
-        assert.deepEqual(counted.violations, [], "Content-Security-Policy");
+        assert.deepEqual(violations, [], "Content-Security-Policy");
         assert.deepEqual(this.faults, [], "the console");
         assert.ok([...this.hosts].every(origin => origin.startsWith("http://127.0.0.1:")), [...this.hosts].join());
     }
