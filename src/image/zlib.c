@@ -30,7 +30,8 @@ enum { HEAD = 2, SEAM = 5, SUM = 4 };
 typedef struct piece {
     unsigned char *data; /* as a stream of its own, and a seam */
     size_t size;
-    bool whole; /* it can be joined */
+    uint32_t sum; /* of what is compressed in it */
+    bool whole;   /* it can be joined */
 } piece;
 
 typedef struct job {
@@ -96,6 +97,7 @@ static void compress_piece(void *context, size_t index, unsigned slot) {
     const bool last = index + 1 == j->count;
     const size_t first = index * j->step, size = last ? j->data.size - first : j->step;
     const unsigned char *data = j->data.data + first;
+    p->sum = libdeflate_adler32(1, data, size);
     if (j->level == USUAL) {
         p->size = shd_deflate_block(j->rooms + slot * shd_deflate_room(), data, first, size,
                                     j->pixel, last, p->data);
@@ -109,6 +111,15 @@ static void compress_piece(void *context, size_t index, unsigned slot) {
     p->whole = last || open_end(p);
 }
 
+/* The sum of bytes and `size` more behind them. Its halves are 1 and all bytes, and what that was
+ * after each byte, modulo the largest prime of 16 bits (RFC 1950). */
+static uint32_t join_sums(uint32_t sum, uint32_t more, uint64_t size) {
+    enum { PRIME = 65521, HALF = 16, LOW = 0xffff };
+    const uint64_t before = (sum & LOW) + PRIME - 1, low = before + (more & LOW),
+                   high = (sum >> HALF) + (more >> HALF) + size % PRIME * (before % PRIME);
+    return (uint32_t)(high % PRIME << HALF | low % PRIME);
+}
+
 /* Moves the pieces together, in place. */
 static shd_status join_pieces(const shd_image *image, const job *j, unsigned char *stream,
                               shd_bytes *out, shd_error *error) {
@@ -116,14 +127,14 @@ static shd_status join_pieces(const shd_image *image, const job *j, unsigned cha
     unsigned char *at = stream;
     *at++ = 0x78;
     *at++ = j->level == STORED ? 0x01 : j->level == USUAL ? 0x5E : 0xDA;
-    uint32_t sum = libdeflate_adler32(0, NULL, 0);
+    uint32_t sum = 1; /* of nothing */
     for (size_t i = 0; i < j->count; i++) {
         if (!shd_encode_goes_on(image)) return shd_encode_cancelled(error);
         const piece *p = &j->pieces[i];
         if (!p->size) return shd_encode_no_memory(error);
         if (!p->whole) return shd_fail(error, SHD_INTERNAL, "", "libdeflate made no stream");
         const size_t first = i * j->step, left = j->data.size - first;
-        sum = libdeflate_adler32(sum, j->data.data + first, left < j->step ? left : j->step);
+        sum = join_sums(sum, p->sum, left < j->step ? left : j->step);
         memmove(at, p->data, p->size);
         at += p->size;
     }

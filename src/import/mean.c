@@ -4,7 +4,6 @@
 #include <stdlib.h>
 
 #include "base/transfer.h"
-#include "decode/decode.h"
 
 enum { PIXELS_MOST = 1 << 26 };
 

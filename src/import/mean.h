@@ -4,7 +4,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "decode/wire.h"
+#include "decode/decode.h"
 
 /* Of a PNG, JPEG or WebP file: the means of its codes over the largest, red, green, blue and alpha,
  * and those of what sRGB makes of the colors. False: it is another file, damaged or too large. */

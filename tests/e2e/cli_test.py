@@ -315,7 +315,7 @@ class Terminal(Case):
                                    stdout=subprocess.DEVNULL)
         os.close(inner)
         shown = b""
-        while select.select([outer], [], [], 120)[0]:
+        while select.select([outer], [], [], PATIENCE)[0]:
             try:
                 chunk = os.read(outer, 4096)
             except OSError:  # the other end is closed
@@ -324,7 +324,7 @@ class Terminal(Case):
                 break
             shown += chunk
         os.close(outer)
-        return process.wait(120), shown.decode()
+        return process.wait(PATIENCE), shown.decode()
 
     def test_long_picture_shows_one_line_and_wipes_it(self):
         # Whatever the machine's speed, one of these is long.
@@ -342,7 +342,12 @@ class Terminal(Case):
     def test_short_picture_shows_nothing(self):
         if SANITIZED:
             self.skipTest("sanitizers make no picture short")
-        self.assertEqual(self.on_terminal("render", self.scene(SMALL), "-o", "a.png"), (0, ""))
+        for _ in range(9):  # on a busy machine not each is short
+            status, shown = self.on_terminal("render", self.scene(SMALL), "-o", "a.png")
+            self.assertEqual(status, 0, shown)
+            if not shown:
+                return
+        self.fail(shown)
 
     def test_no_bar_without_terminal(self):
         run = self.shade("render", self.scene(sized(1500)), "-o", "a.png")

@@ -10,7 +10,7 @@ from e2e.daemon import SANITIZED, SLOW, SMALL, Daemon, another
 from e2e.daemon_test import (ENDLESS, Background, Client, occupied, wait_until, wait_until_busy,
                              wait_until_read)
 
-SIDE = 220 if SANITIZED else 700
+SIDE = 220 if SANITIZED else 350
 BUSY = {**SLOW, "image": {"width": SIDE, "height": SIDE, "samples": 9}}
 
 

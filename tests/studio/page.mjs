@@ -57,10 +57,11 @@ export class Studio {
         studio.context.setDefaultTimeout(PATIENCE);
         studio.page = await studio.context.newPage();
         studio.faults = [];
+        studio.expected = [...expected]; // messages, which may come later than what they are about
         studio.hosts = new Set();
         studio.page.on("console", message => {
             const text = `${message.text()} ${message.location().url}`;
-            if (["error", "warning"].includes(message.type()) && !expected.some(one => one.test(text))) studio.faults.push(text);
+            if (["error", "warning"].includes(message.type()) && !studio.expected.some(one => one.test(text))) studio.faults.push(text);
         });
         studio.page.on("pageerror", error => studio.faults.push(error.stack));
         studio.page.on("request", request => {
