@@ -23,6 +23,19 @@ static inline bool shd_is_symmetric(shd_model model, size_t term) {
     return model == SHD_MODEL_PHONG;
 }
 
+/* A table of an exponent n stands for others, too, as far as log(n + 1) is from theirs by this.
+ * With y = -(n + 1) log x, a lobe (n + 1) x^n changes with that logarithm by 1 - y of itself. The
+ * most that |1 - y| e^-y makes of any map is less than what e^-y does: no part of the sphere has
+ * more of it than one as large has of e^-y in its middle, and all has 2 / e of it. So what is read
+ * is off by this part of the most that the environment adds. */
+static const double SHD_GLOW_WIDENED = 0x1p-9;
+
+/* Whether the map may have to be walked for the term (shade/around.h). Phong's lobes are, by tiers
+ * that have tables, where a point has another exponent than its material. */
+static inline bool shd_may_be_walked(const shd_plan_material *m, size_t term) {
+    return !shd_is_symmetric(m->model, term) || (term > 0 && m->pointwise);
+}
+
 /* The most that a weight of (L.W)+^exponent is, in any channel: 1 / pi times the integral. */
 static inline double shd_around_most(const shd_light *environment, double exponent) {
     return shd_around_gain(environment) * shd_surroundings_most(environment->map, exponent);

@@ -101,12 +101,20 @@ static shd_status hold_thing(shd_rendering *r, const wanted_thing *t, const void
     return SHD_OK;
 }
 
+static bool has_tables(const shd_plan *draft) {
+    const shd_accuracy *accuracy = &draft->scene->accuracy;
+    return !accuracy->exactly && (accuracy->budget || accuracy->tier != SHD_EXACT);
+}
+
 /* Whether a term of some material is neither read from a table nor integrated. */
 static bool has_walks(const shd_plan *draft) {
+    const bool tables = has_tables(draft);
     for (size_t m = 0; m < draft->scene->material_count; m++)
         for (size_t t = draft->materials[m].has_diffuse ? 0 : 1;
              t < 1 + draft->materials[m].lobe_count; t++)
-            if (!shd_is_symmetric(draft->materials[m].model, t)) return true;
+            if (tables ? shd_may_be_walked(&draft->materials[m], t)
+                       : !shd_is_symmetric(draft->materials[m].model, t))
+                return true;
     return false;
 }
 
@@ -131,11 +139,10 @@ shd_status shd_rendering_moments(shd_rendering *r, const shd_plan *draft,
 
 shd_status shd_rendering_glows(shd_rendering *r, const shd_plan *draft, const shd_glow **out,
                                shd_error *error) {
-    const shd_accuracy *accuracy = &draft->scene->accuracy;
     const size_t terms = 1 + draft->max_lobes, of_material = SHD_ENVIRONMENTS_MOST * terms,
                  materials = shd_all_materials(draft);
     *out = NULL;
-    if (accuracy->exactly || (!accuracy->budget && accuracy->tier == SHD_EXACT)) return SHD_OK;
+    if (!has_tables(draft)) return SHD_OK;
     shd_glow *glows = NULL;
     for (size_t j = 0; j < draft->light_count; j++) {
         const shd_plan_light *light = &draft->lights[j];

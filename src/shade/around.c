@@ -93,7 +93,8 @@ static look look_at(const walk *w, shd_vec3 c, double reach) {
         const double shine = shd_dot(c, l->mirror);
         out.faint = faint_power(n, angle_between(shine) - reach);
         out.width = fmin(1 / sqrt(fmax(n, 1)), 0.6);
-        if (out.side < reach || (n < 4 && shine < reach)) out.kink = KINK * out.width;
+        const bool rises = out.side < reach && !shd_ends_as_off_a_cliff(l->model);
+        if (rises || (n < 4 && shine < reach)) out.kink = KINK * out.width;
     }
     return out;
 }
@@ -258,7 +259,7 @@ static void walk_block(walk *w, int level, int column, int row) {
     const look at = look_at(w, middle, reach);
     if (at.side <= -reach || at.faint > FAINT || !(b->light[0] + b->light[1] + b->light[2] > 0))
         return;
-    const bool whole = at.side >= reach || w->lobe->model != SHD_MODEL_BLINN_PHONG;
+    const bool whole = at.side >= reach || !shd_ends_as_off_a_cliff(w->lobe->model);
     if (whole && is_smooth(&at, reach, BLOCK)) {
         add_block(w, level, column, row, b);
         return;

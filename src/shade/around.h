@@ -1,5 +1,6 @@
 /* What an environment adds by a lobe that is not symmetric around a direction: of Blinn's, the
- * normalized and Cook and Torrance's model, and Oren and Nayar's diffuse light.
+ * normalized and Cook and Torrance's model, and Oren and Nayar's diffuse light; and by a lobe of
+ * Phong's for whose exponent there is no table.
  *
  * The weight of a row is 1/pi integral of v(L) f(L) dw over the half sphere N.L > 0, with f what
  * shade/brdf.h gives and v the map's radiance. The map is walked from large blocks to small ones
@@ -22,6 +23,11 @@ typedef struct shd_around_lobe {
     double sharpness; /* the exponent, or the roughness; of Oren-Nayar nothing */
     shd_vec3 normal, view, mirror;
 } shd_around_lobe;
+
+/* Whether f is not 0 before it is cut by the horizon. */
+static inline bool shd_ends_as_off_a_cliff(shd_model model) {
+    return model == SHD_MODEL_BLINN_PHONG || model == SHD_MODEL_PHONG;
+}
 
 /* What f is of many directions; each of them may be below the horizon by rounding. */
 typedef struct shd_around_function {

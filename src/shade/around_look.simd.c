@@ -137,6 +137,7 @@ SHD_INLINE void open_facets(const shd_lobe_view *view, const place *at, look *ou
                               shd_vf_max(out->kink, shd_vf_set(FACETS_HORIZON)), out->kink);
 }
 
+/* (R.V)^n as it is, whose edge is steep if n is low. */
 SHD_INLINE void look_at_mirror(const shd_lobe_view *v, place *at, look *out) {
     const shd_vf one = shd_vf_set(1), zero = shd_vf_set(0), n = set(v->lobe->sharpness),
                  reach = at->reach, cosine = smaller_of(dot_vector(at->d, v->lobe->mirror), one),
@@ -149,14 +150,25 @@ SHD_INLINE void look_at_mirror(const shd_lobe_view *v, place *at, look *out) {
     at->seen = shd_mf_and(at->seen, shd_mf_or(small, shd_mf_not(shd_vf_gt(-reach, cosine))));
     out->far = if_in(small, power_far(n, farther(tangent, by)));
     out->near = exp_of(-faint);
-    /* N.L over what normalizes it rises to 1 from the horizon on. */
-    const shd_vf rise = set(sqrt(v->lobe->sharpness + 1));
+    spread(reach, set(v->own), faint, out);
+    if (v->lobe->sharpness < 4) out->kink = if_in(shd_vf_gt(reach, cosine), shd_vf_set(HORIZON));
+}
+
+/* N.L over what normalizes it rises to 1 from the horizon on. */
+SHD_INLINE void look_at_normalized(const shd_lobe_view *v, place *at, look *out) {
+    const shd_vf one = shd_vf_set(1), zero = shd_vf_set(0), reach = at->reach,
+                 rise = set(sqrt(v->lobe->sharpness + 1));
+    look_at_mirror(v, at, out);
     out->high = smaller_of((at->side + reach) * rise, one);
     out->low = smaller_of(shd_vf_max(at->side - reach, zero) * rise, one) * shd_vf_set(0.5F);
-    spread(reach, set(v->own), faint, out);
-    shd_mf ends = shd_vf_gt(reach, at->side);
-    if (v->lobe->sharpness < 4) ends = shd_mf_or(ends, shd_vf_gt(reach, cosine));
-    out->kink = if_in(ends, shd_vf_set(HORIZON));
+    out->kink = shd_vf_max(out->kink, if_in(shd_vf_gt(reach, at->side), shd_vf_set(HORIZON)));
+}
+
+/* Where the horizon cuts a lobe as off a cliff. */
+SHD_INLINE void end_at_horizon(const place *at, look *out) {
+    const shd_mf ends = shd_vf_gt(at->reach, at->side);
+    out->low = if_in(shd_mf_not(ends), out->low);
+    out->kink = shd_vf_max(out->kink, if_in(ends, shd_vf_set(CLIFF)));
 }
 
 SHD_INLINE void look_at_rough(const shd_lobe_view *view, const place *at, look *out) {
@@ -183,12 +195,13 @@ SHD_INLINE void look_at(const shd_lobe_view *v, shd_model model, shd_looks *look
         look_at_half(v, &at, &out);
         open_facets(v, &at, &out);
     } else if (model == SHD_MODEL_BLINN_PHONG) {
-        const shd_mf ends = shd_vf_gt(at.reach, at.side); /* as off a cliff */
         look_at_half(v, &at, &out);
-        out.low = if_in(shd_mf_not(ends), out.low);
-        out.kink = if_in(ends, shd_vf_set(CLIFF));
-    } else if (model == SHD_MODEL_PHONG_NORMALIZED) {
+        end_at_horizon(&at, &out);
+    } else if (model == SHD_MODEL_PHONG) {
         look_at_mirror(v, &at, &out);
+        end_at_horizon(&at, &out);
+    } else if (model == SHD_MODEL_PHONG_NORMALIZED) {
+        look_at_normalized(v, &at, &out);
     } else {
         look_at_rough(v, &at, &out);
     }

@@ -77,9 +77,10 @@ static shd_lobe_view view_lobe(const shd_around_lobe *lobe) {
         v.own = shd_smaller(1 / sqrt(n), 0.4);
         v.scale = 1 / SHD_PI;
         break;
+    case SHD_MODEL_PHONG:
     case SHD_MODEL_PHONG_NORMALIZED:
         v.own = shd_smaller(1 / sqrt(n), 0.6);
-        v.scale = (s + 2) / (2 * SHD_PI);
+        v.scale = (lobe->model == SHD_MODEL_PHONG ? 2 : s + 2) / (2 * SHD_PI);
         break;
     default:
         v.own = 0.8;
@@ -339,7 +340,7 @@ static bool take_part(quick *q, const part *p, const glance *look, bool last) {
         add_part(q, p, n == 1 ? middle : shd_gauss2, n);
         return true;
     }
-    const bool cliff = q->lobe->model == SHD_MODEL_BLINN_PHONG;
+    const bool cliff = shd_ends_as_off_a_cliff(q->lobe->model);
     const double allowed = CELLS_LOOSE * allowed_of(look, worth, cliff ? KINKS : CELLS_KINKS);
     const bool few = 0.04 * x * sqrt(x) <= allowed;
     if (!few && !last && !(1.1e-3 * x * x * sqrt(x) <= allowed)) return false;
@@ -377,7 +378,7 @@ static void end_cells(quick *q) {
         if (!(look.near > 0)) continue;
         const part whole = cell_at(q, i, j);
         if (take_part(q, &whole, &look, false)) continue;
-        if (q->lobe->model == SHD_MODEL_BLINN_PHONG && look.kink > 0)
+        if (shd_ends_as_off_a_cliff(q->lobe->model) && look.kink > 0)
             shd_around_cell(q->map, q->lobe, q->f, i, j, q->to.out);
         else
             walk_parts(q, &whole, 1);

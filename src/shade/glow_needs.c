@@ -31,20 +31,23 @@ static bool count_table(counting *c, const needed_table *table) {
 
 /* What one material takes of one environment. */
 typedef struct material_needs {
-    size_t summed, walked;
+    size_t summed, walked, sharpened; /* those of Phong's lobes that are others at some points */
 } material_needs;
 
 static material_needs count_material(counting *c, const shd_surroundings *map,
                                      const shd_material *m, bool tables) {
-    material_needs out = {0, 0};
+    const bool pointwise = m->antialiased || m->normal_texture;
+    material_needs out = {0};
     for (size_t t = 0; t < 1 + m->lobe_count; t++) {
         const double *s = t ? m->lobes[t - 1].specular : m->diffuse;
         if (t && s[0] == 0 && s[1] == 0 && s[2] == 0) continue;
         const needed_table table = {map, t ? m->lobes[t - 1].shininess : 1, t > 0};
-        if (!shd_is_symmetric(m->model, t))
+        if (!shd_is_symmetric(m->model, t)) {
             out.walked++;
-        else if (!tables || !count_table(c, &table))
-            out.summed++;
+            continue;
+        }
+        if (!tables || !count_table(c, &table)) out.summed++;
+        if (tables && t && pointwise) out.sharpened++;
     }
     return out;
 }
@@ -58,11 +61,12 @@ shd_glow_needs shd_glow_needs_of(const shd_scene *scene) {
     for (size_t j = 0; j < scene->light_count; j++) {
         if (scene->lights[j].type != SHD_LIGHT_ENVIRONMENT) continue;
         const shd_surroundings *map = scene->lights[j].map;
-        material_needs most = {0, 0};
+        material_needs most = {0};
         for (size_t m = 0; m < scene->material_count; m++) {
             const shd_material *material = &scene->materials[m];
             material_needs own = count_material(&c, map, material, !exact);
             if (shown) own.summed = 1 + material->lobe_count - own.walked;
+            if (!shown) own.walked += own.sharpened;
             if (own.summed > most.summed) most.summed = own.summed;
             if (own.walked > most.walked) most.walked = own.walked;
         }

@@ -1,5 +1,6 @@
 #include "shade/surrounded.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "plan/around.h"
@@ -9,6 +10,30 @@
 #include "shade/environment.h"
 #include "shade/prefilter.h"
 #include "shade/ways.h"
+
+/* Where a lobe differs from point to point: what it is at this one, in place of the material's.
+ * Exponents beside those of tables are walked for. */
+typedef struct own_lobe {
+    shd_plan_lobe lobe;
+    shd_packed_energy energy;
+} own_lobe;
+
+/* Gives the lobe of a point that has it alone to the point, and returns its share. */
+static double sharpen(const shd_surface *at, size_t k, own_lobe *own, shd_plan_material *alone,
+                      shd_way_point *point) {
+    const double here = at->sharp[2 * k][at->sharp_at];
+    if (here == alone->lobes->shininess) return 1;
+    own->lobe = *alone->lobes;
+    own->lobe.shininess = here;
+    alone->lobes = &own->lobe;
+    alone->antialiased = alone->pointwise = false;
+    alone->normal = NULL;
+    if (point->energies) {
+        shd_fit_phong_energy(here, &own->energy);
+        point->energies = &own->energy;
+    }
+    return at->sharp[2 * k + 1][at->sharp_at];
+}
 
 /* A term of Phong's model: by a table if the plan has one. */
 static void weigh_symmetric(const shd_plan *plan, const shd_plan_light *light,
@@ -49,6 +74,8 @@ static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
     const size_t material = (size_t)(at->material - plan->materials);
     shd_plan_material alone = *at->material;
     shd_surface here = *at;
+    own_lobe own;
+    double share = 1;
     alone.lobes = term ? at->material->lobes + term - 1 : NULL;
     alone.lobe_count = term > 0;
     here.material = &alone;
@@ -59,6 +86,7 @@ static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
     shd_way_point point = {.at = &here};
     if (kernels && kernels->energies[material])
         point.energies = kernels->energies[material] + (term ? term - 1 : 0);
+    if (term && at->sharp) share = sharpen(at, term - 1, &own, &alone, &point);
     const shd_around_function f = {
         kernels ? sums[plan->isa] : sum_by_one, &point, 3 + 3 * (term > 0), plan->isa,
         kernels && shd_ways32_hold(&point, from->map->most) ? &point : NULL};
@@ -76,8 +104,33 @@ static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
     for (size_t c = 0; c < 3; c++) {
         double rgb[3];
         shd_from_map(from, all[term ? 3 + c : c], rgb);
-        for (int k = 0; k < 3; k++) out[k][c] = rgb[k];
+        for (int k = 0; k < 3; k++) out[k][c] = share * rgb[k];
     }
+}
+
+/* A lobe of Phong's that may be another one at the point. */
+static void weigh_sharpened(const shd_plan *plan, const shd_lighting *kernels,
+                            const shd_plan_light *light, const shd_surface *at, size_t term,
+                            double row[3]) {
+    const shd_light *from = light->environment;
+    const double own = at->material->lobes[term - 1].shininess,
+                 here = at->sharp[2 * (term - 1)][at->sharp_at];
+    if (here == own || (shd_find_glow(plan, at->material, light, term) &&
+                        fabs(log((here + 1) / (own + 1))) <= SHD_GLOW_WIDENED)) {
+        weigh_symmetric(plan, light, at, term, row);
+        return;
+    }
+    if (plan->glows && plan->moments && plan->moments[light->around]) {
+        double all[3][3];
+        walk_term(plan, kernels, light, at, term, all);
+        for (size_t c = 0; c < 3; c++) row[c] = all[c][c];
+        return;
+    }
+    double sum[3];
+    shd_environment_integrate(from->map, here, shd_to_map(from, at->mirror),
+                              shd_to_map(from, at->normal), sum);
+    shd_from_map(from, sum, row);
+    for (int c = 0; c < 3; c++) row[c] *= at->sharp[2 * (term - 1) + 1][at->sharp_at];
 }
 
 /* Lifting is linear: light of one channel of the working space in each bin. */
@@ -117,7 +170,9 @@ void shd_weigh_environment(const shd_plan *plan, const shd_lighting *kernels,
     memset(row, 0, (3 + 3 * m->lobe_count) * sizeof *row);
     for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
         double all[3][3];
-        if (shd_is_symmetric(m->model, t)) {
+        if (t && at->sharp && shd_is_symmetric(m->model, t)) {
+            weigh_sharpened(plan, kernels, light, at, t, row + 3 * t);
+        } else if (shd_is_symmetric(m->model, t)) {
             weigh_symmetric(plan, light, at, t, row + 3 * t);
         } else if (!by_bins) {
             walk_term(plan, kernels, light, at, t, all);

@@ -151,11 +151,12 @@ SHD_INLINE void sum_shine(const shd_way_point *p, const shd_ways32 *w, const pla
     const shd_vf zero = shd_vf_set(0), half = shd_vf_set(0.5F), one = shd_vf_set(1),
                  exponent = shd_vf_set((float)p->at->material->lobes[0].shininess);
     const int terms = p->energies ? count_terms(p->energies) : 0;
+    const bool halved = p->at->material->model == SHD_MODEL_BLINN_PHONG;
     for (size_t i = 0; i < w->points; i += SHD_W) {
         shd_vf toward[3];
         load_way(w, i, toward);
         const shd_vf facing = dot_lanes(at->n, toward),
-                     off = p->energies ? apart_of(toward, at->w) * half : halve_way(at, toward).off;
+                     off = halved ? halve_way(at, toward).off : apart_of(toward, at->w) * half;
         const shd_mf lit = shd_vf_gt_in(shd_vf_gt(facing, zero), one, off);
         shd_vf power = power_of_two(log_below(off) * exponent);
         if (p->energies) power *= normalize(p->energies, terms, shd_vf_max(facing, zero));

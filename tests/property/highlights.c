@@ -29,17 +29,23 @@ static char *material_of(size_t model, const char *sharp, const char *members) {
 
 enum { SIDE = 16, FINE = 16 };
 
+#define LAMP                                                                                       \
+    "\"accuracy\": {\"tier\": \"exact\"}, \"lights\": [{\"type\": \"directional\", "               \
+    "\"direction\": "                                                                              \
+    "[-0.5, -0.6, -1]}]"
+#define SKY "\"lights\": [{\"type\": \"environment\", \"map\": \"sky\"}]"
+
 /* A ball some pixels wide, at a place that no pixel's grid knows. */
-static char *ball(size_t model, const char *sharp, const char *members, double radius,
-                  const double at[2], int times, int samples) {
+static char *ball(const char *light, size_t model, const char *sharp, const char *members,
+                  double radius, const double at[2], int times, int samples) {
     char *material = material_of(model, sharp, members);
     char *out = text_of(
-        "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": %d}, \"accuracy\": {\"tier\": "
-        "\"exact\"}, \"camera\": {\"type\": \"orthographic\", \"height\": %d, \"position\": [0, 0, "
-        "50]}, \"lights\": [{\"type\": \"directional\", \"direction\": [-0.5, -0.6, -1]}], "
+        "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": %d}, "
+        "\"camera\": {\"type\": \"orthographic\", \"height\": %d, \"position\": [0, 0, "
+        "50]}, %s, "
         "\"objects\": [{\"type\": \"sphere\", \"radius\": %.17g, \"transform\": {\"translate\": "
         "[%.17g, %.17g, 0]}, \"material\": %s}]}",
-        SIDE * times, SIDE * times, samples, SIDE, radius, at[0], at[1], material);
+        SIDE * times, SIDE * times, samples, SIDE, light, radius, at[0], at[1], material);
     free(material);
     return out;
 }
@@ -70,29 +76,53 @@ static void add_error(double seen[SIDE][SIDE], double wanted[SIDE][SIDE], error 
         }
 }
 
+/* Balls of both radii, against `fine` by `fine` rays a pixel. */
+static void compare_balls(shd_engine *engine, const char *light, size_t model, const char *sharp,
+                          const double radii[2], int samples, int count, int fine, error e[2]) {
+    uint64_t random = 7;
+    e[0] = e[1] = (error){0};
+    for (int k = 0; k < count; k++) {
+        const double at[2] = {uniform(&random, -1, 1), uniform(&random, -1, 1)},
+                     radius = uniform(&random, radii[0], radii[1]);
+        double many[SIDE][SIDE], seen[SIDE][SIDE];
+        draw_means(engine, ball(light, model, sharp, "", radius, at, fine, 1), fine, many);
+        draw_means(engine, ball(light, model, sharp, "", radius, at, 1, samples), 1, seen);
+        add_error(seen, many, &e[0]);
+        draw_means(engine, ball(light, model, sharp, SMOOTH, radius, at, 1, samples), 1, seen);
+        add_error(seen, many, &e[1]);
+    }
+    if (getenv("SHADED_MEASURE"))
+        printf("%s, model %zu, %s, radii %g to %g, %d samples: error %.3g was %.3g, light %.3f was "
+               "%.3f\n",
+               strstr(light, "sky") ? "sky" : "lamp", model, sharp, radii[0], radii[1], samples,
+               sqrt(e[1].square), sqrt(e[0].square), e[1].sum / e[1].wanted,
+               e[0].sum / e[0].wanted);
+}
+
+static const int few[] = {1, 4};
+
 static void small_highlights_come_nearer(void **state) {
     static const char *const sharp[] = {"1500", "500", "1500", "0.04"};
-    static const int samples[] = {1, 4};
     for (size_t m = 0; m < MODELS; m++)
-        for (size_t s = 0; s < SHD_LENGTH(samples); s++) {
-            error plain = {0}, smooth = {0};
-            uint64_t random = 7;
-            for (int k = 0; k < 24; k++) {
-                const double at[2] = {uniform(&random, -1, 1), uniform(&random, -1, 1)},
-                             radius = uniform(&random, 1.5, 6);
-                double many[SIDE][SIDE], seen[SIDE][SIDE];
-                draw_means(*state, ball(m, sharp[m], "", radius, at, FINE, 1), FINE, many);
-                draw_means(*state, ball(m, sharp[m], "", radius, at, 1, samples[s]), 1, seen);
-                add_error(seen, many, &plain);
-                draw_means(*state, ball(m, sharp[m], SMOOTH, radius, at, 1, samples[s]), 1, seen);
-                add_error(seen, many, &smooth);
-            }
-            if (getenv("SHADED_MEASURE"))
-                printf("model %zu, %d samples: error %.3g was %.3g, light %.3f was %.3f\n", m,
-                       samples[s], sqrt(smooth.square), sqrt(plain.square),
-                       smooth.sum / smooth.wanted, plain.sum / plain.wanted);
-            assert_below(smooth.square, 0.5 * plain.square);
-            assert_below(fabs(smooth.sum / smooth.wanted - 1), 0.15);
+        for (size_t s = 0; s < SHD_LENGTH(few); s++) {
+            error e[2];
+            compare_balls(*state, LAMP, m, sharp[m], (const double[]){1.5, 6}, few[s], 24, FINE, e);
+            assert_below(e[1].square, 0.5 * e[0].square);
+            assert_below(fabs(e[1].sum / e[1].wanted - 1), 0.15);
+        }
+}
+
+/* The same of what the sky's sun makes. */
+static void small_highlights_of_the_sky_come_nearer(void **state) {
+    static const char *const sharp[] = {"1500", "500", "1500", "0.04"};
+    const bool measures = getenv("SHADED_MEASURE");
+    for (size_t m = 0; m < MODELS; m++)
+        for (size_t s = 0; s < (measures ? SHD_LENGTH(few) : 1); s++) {
+            error e[2];
+            compare_balls(*state, SKY, m, sharp[m], (const double[]){1.5, 6}, few[s],
+                          measures ? 24 : 2, measures ? FINE : 4, e);
+            assert_below(e[1].square, 0.5 * e[0].square);
+            assert_below(fabs(e[1].sum / e[1].wanted - 1), 0.15);
         }
 }
 
@@ -304,9 +334,13 @@ static void regions_are_crops(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(small_highlights_come_nearer),     cmocka_unit_test(flat_surfaces_stay),
-        cmocka_unit_test(flat_surfaces_stay_beside_others), cmocka_unit_test(normals_turn_as_told),
-        cmocka_unit_test(bounds_hold_for_turned_scenes),    cmocka_unit_test(regions_are_crops),
+        cmocka_unit_test(small_highlights_come_nearer),
+        cmocka_unit_test(flat_surfaces_stay),
+        cmocka_unit_test(small_highlights_of_the_sky_come_nearer),
+        cmocka_unit_test(flat_surfaces_stay_beside_others),
+        cmocka_unit_test(normals_turn_as_told),
+        cmocka_unit_test(bounds_hold_for_turned_scenes),
+        cmocka_unit_test(regions_are_crops),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
 }

@@ -344,7 +344,7 @@ double shd_quick_share(const shd_plan *plan) {
     bool walked = false, keeps = true;
     for (size_t m = 0; m < plan->scene->material_count; m++)
         for (size_t t = 0; t < 1 + plan->materials[m].lobe_count; t++)
-            walked |= !shd_is_symmetric(plan->materials[m].model, t);
+            walked |= shd_may_be_walked(&plan->materials[m], t);
     for (size_t j = 0; j < plan->light_count; j++)
         keeps &= !plan->lights[j].environment || keeps_signs(plan->lights[j].environment);
     if (!plan->glows || !walked) return 0;

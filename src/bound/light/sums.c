@@ -150,6 +150,19 @@ static void add_walked(shd_lit_errors *f, const shd_plan_light *light, const shd
     add_product(f, p, most, f->only_sums ? summed : summed + shd_smaller(turned, most));
 }
 
+/* The same of a term that is read from a table or integrated; of a lobe that differs from point to
+ * point, by any way that it may be summed. A wider lobe makes no more of any map than its own
+ * exponent does, of whose peak it has less, and as much together. */
+static double summed_error(const shd_lit_errors *f, const shd_plan_light *light, size_t term,
+                           double most) {
+    const shd_plan_material *m = f->material;
+    const shd_glow *glow = shd_find_glow(f->plan, m, light, term);
+    const double own =
+        glow ? shd_around_gain(light->environment) * glow->error : SHD_ENVIRONMENT_TOLERANCE * most;
+    if (!f->plan->glows || !shd_may_be_walked(m, term)) return own;
+    return shd_larger(own + (glow ? SHD_GLOW_WIDENED * most : 0), walked_error(f, most));
+}
+
 /* Neither what is computed nor what should be is below 0, or above the most. */
 void shd_add_environment(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g) {
     const shd_plan_material *m = f->material;
@@ -163,10 +176,9 @@ void shd_add_environment(shd_lit_errors *f, const shd_plan_light *light, const s
         }
         const double exponent = t ? m->lobes[t - 1].shininess : 1,
                      most = shd_around_most(from, exponent);
-        const shd_glow *glow = shd_find_glow(f->plan, m, light, t);
-        const double summed =
-            glow ? shd_around_gain(from) * glow->error : SHD_ENVIRONMENT_TOLERANCE * most;
-        const double turned = shd_around_turned(from, exponent, shd_smaller(g->direction, 2)),
+        const double turned = shd_around_turned(from, exponent, shd_smaller(g->direction, 2)) +
+                              (t ? shd_sharpness_error(m, t - 1, g) * shd_around_most(from, 0) : 0),
+                     summed = summed_error(f, light, t, most),
                      error = f->only_sums ? summed : summed + turned;
         add_product(f, p, most, shd_smaller(error, most));
     }

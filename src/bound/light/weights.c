@@ -124,6 +124,17 @@ static shd_weight weigh_facets(double index, double mirrored, double slope, cons
                             4};
 }
 
+/* By how much of itself the variance of a widened lobe errs. How a normal turns is divided by N.V,
+ * or SHD_BENT_STEEPEST, of which directions are a part of g->direction / N.V; the product of both
+ * variances is the square of a cross product, whose rounding is some of their sum, which is sqrt(n
+ * + 2) of what it is added to at most. Triangles have sides that are 1e-4 from parallel at least
+ * (shade/bend.h). */
+static double variance_error(double variance, const shd_glance *g) {
+    static const double TRIANGLES = 1e-7;
+    const double view = shd_larger(g->view, SHD_BENT_STEEPEST);
+    return shd_smaller(TRIANGLES + 32 * g->direction / view + 1e-14 / sqrt(variance), 1);
+}
+
 /* Over dw = 4 h dw_H the weight F D g / 4 is F D g h, and the whole of any D that depends on the
  * angle of H alone is what its product with N.H has, as in plan/peaks.c. H errs by `turned`. With t
  * the tangent of that angle and E the mean over e^(-t^2 / m^2) 2 t dt / m^2:
@@ -132,11 +143,21 @@ static shd_weight weigh_facets(double index, double mirrored, double slope, cons
  * - g, which is the least of 1 / v, 2 u / h and 2 u c / (h v), by 1 / v of itself, and 1 / h,
  * twice; by u 2 / h twice, and by c 2 / h^2, of which the whole of D 2 / h times h is 2 E[sqrt(1 +
  * t^2)]
- *   <= 2 (1 + m). Twice their sum holds what slopes are beside the point. */
-double shd_facets_turned(const shd_plan_material *m, size_t lobe, const shd_glance *g) {
-    const double r = m->lobes[lobe].shininess, turned = half_error(g);
-    return turned * (sqrt(SHD_PI) * (1 / r + 3.5 * r) + 8 * (1 + index_of(m)) + 18 * (1 + r)) +
+ *   <= 2 (1 + m). Twice their sum holds what slopes are beside the point.
+ * Of facets whose m differs from point to point, it is no more than at both ends together, as each
+ * part of it is convex. By the logarithm of m^2, D changes by D (t^2 / m^2 - 1), whose whole is 2 /
+ * e; where m^2 errs by r of itself, twice r holds that, or is more than the whole lobe. */
+static double facets_turned(const shd_plan_material *m, double r, const shd_glance *g) {
+    return half_error(g) *
+               (sqrt(SHD_PI) * (1 / r + 3.5 * r) + 8 * (1 + index_of(m)) + 18 * (1 + r)) +
            SHD_WEIGHT_FUNCTION / (r * r);
+}
+
+double shd_facets_turned(const shd_plan_material *m, size_t lobe, const shd_glance *g) {
+    const double r = m->lobes[lobe].shininess;
+    if (!m->pointwise) return facets_turned(m, r, g);
+    return facets_turned(m, r, g) + facets_turned(m, shd_widest(m, r), g) +
+           2 * variance_error(shd_variance_of(m->model, r), g);
 }
 
 /* A product of quadratic splines over nodes that are 90/16 degrees of rise and 360/32 of turn
@@ -175,17 +196,6 @@ static shd_weight weigh_lobe(const shd_plan_material *m, double shininess, const
     }
 }
 
-/* By how much of itself the variance of a widened lobe errs. How a normal turns is divided by N.V,
- * or SHD_BENT_STEEPEST, of which directions are a part of g->direction / N.V; the product of both
- * variances is the square of a cross product, whose rounding is some of their sum, which is sqrt(n
- * + 2) of what it is added to at most. Triangles have sides that are 1e-4 from parallel at least
- * (shade/bend.h). */
-static double variance_error(double variance, const shd_glance *g) {
-    static const double TRIANGLES = 1e-7;
-    const double view = shd_larger(g->view, SHD_BENT_STEEPEST);
-    return shd_smaller(TRIANGLES + 32 * g->direction / view + 1e-14 / sqrt(variance), 1);
-}
-
 /* What errs by r of its variance v has n' + 2 = 1 / v that errs by r of itself.
  * - (n' + 1) x^n' / (n + 1) has the slope x^n' (1 + (n' + 1) log x) / (n + 1), and y e^-y is 1 / e
  *   at most, so that it errs by (n' + 2) r / (n + 1), which is 1.5 r at most from 1 on.
@@ -203,17 +213,22 @@ static double sharpness_error(const shd_plan_material *m, double shininess, doub
     return steep * shd_smaller(1 / g->view, 2 / g->half) / 4 * off;
 }
 
+double shd_sharpness_error(const shd_plan_material *m, size_t lobe, const shd_glance *g) {
+    if (!m->pointwise) return 0;
+    const double n = m->lobes[lobe].shininess,
+                 off = variance_error(shd_variance_of(m->model, n), g);
+    return sharpness_error(m, n, off, g) + sharpness_error(m, shd_widest(m, n), off, g);
+}
+
 /* A lobe that may be any between two, each of which bends most or least in all that errs. Rays that
  * the eye does not see find it as it is. */
-static shd_weight weigh_widened(const shd_plan_material *m, double shininess, const shd_glance *g,
+static shd_weight weigh_widened(const shd_plan_material *m, size_t lobe, const shd_glance *g,
                                 size_t lights) {
-    const double widest = shd_widest(m, shininess);
+    const double shininess = m->lobes[lobe].shininess, widest = shd_widest(m, shininess);
     const shd_weight sharp = weigh_lobe(m, shininess, g, lights),
                      blunt = weigh_lobe(m, widest, g, lights);
-    const double off = variance_error(shd_variance_of(m->model, shininess), g),
-                 most = shd_larger(sharp.most, blunt.most);
-    return (shd_weight){most, sharp.error + blunt.error + sharpness_error(m, shininess, off, g) +
-                                  sharpness_error(m, widest, off, g)};
+    return (shd_weight){shd_larger(sharp.most, blunt.most),
+                        sharp.error + blunt.error + shd_sharpness_error(m, lobe, g)};
 }
 
 shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glance *g,
@@ -221,6 +236,6 @@ shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glan
     if (m->model == SHD_MODEL_WESTIN) return weigh_westin(m, g);
     if (term == 0) return weigh_diffuse(m, g);
     const double shininess = m->lobes[term - 1].shininess;
-    return m->pointwise ? weigh_widened(m, shininess, g, lights)
+    return m->pointwise ? weigh_widened(m, term - 1, g, lights)
                         : weigh_lobe(m, shininess, g, lights);
 }

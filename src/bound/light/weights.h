@@ -35,6 +35,10 @@ typedef struct shd_weight {
 shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glance *g,
                          size_t lights);
 
+/* By how much the weight of a lobe that differs from point to point errs at most by what its
+ * exponent or roughness does; 0: it does not. */
+double shd_sharpness_error(const shd_plan_material *m, size_t lobe, const shd_glance *g);
+
 /* By how much the integral of a facets' lobe over all directions before the surface, times light of
  * 1 at most, errs where directions do by g->direction: 1 / pi of it, wherever light comes from. */
 double shd_facets_turned(const shd_plan_material *m, size_t lobe, const shd_glance *g);

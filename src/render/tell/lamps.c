@@ -71,6 +71,10 @@ const char *shd_around_method(const shd_plan *plan, uint32_t j, double *off) {
                 *off = shd_larger(plan->glows ? SHD_QUICK_SHARE : SHD_AROUND_TOLERANCE, *off);
                 continue;
             }
+            if (plan->glows && shd_may_be_walked(m, t)) {
+                tables = false;
+                *off = shd_larger(SHD_QUICK_SHARE, *off);
+            }
             const double exponent = t ? m->lobes[t - 1].shininess : 1,
                          most = shd_surroundings_most(light->environment->map, exponent);
             tables &= glow != NULL;

@@ -218,10 +218,10 @@ static void say_objects(json_t *words, const shd_plan *plan) {
              scene->object_count, plan->group_count, plan->group_count == 1 ? "" : "s");
     if (pairs < most)
         say_line(words, "Of %zu pairs of an object and a light, %zu matter.", most, pairs);
-    if (plan->split_positions)
+    if (plan->split_positions && plan->tier != SHD_EXACT)
         say_line(words, "Positions keep more digits than f32 has: %s.",
                  plan->textured ? "patterns and pictures are found by them"
-                                : "a light is near an object, or steep");
+                                : "a light is near an object, or a cone or a lobe is steep");
 }
 
 /* Which soft shadows have no bound: some pairs by name. */
