@@ -16,11 +16,11 @@ shd_place shd_place_of(const shd_object *object, const shd_plan_object *bounds) 
  * larger of two distances from convex parts is no more than that from what they have in common. */
 static double signed_distance(const shd_place *place, shd_vec3 p) {
     const shd_object *object = place->object;
-    const double r = object->radius, h = object->height / 2, out = hypot(p.x, p.z);
+    const double r = object->radius, h = object->height / 2;
     const bool faceted = object->interpolation != SHD_PHONG;
+    if (!faceted && object->shape == SHD_SPHERE) return shd_length(p) - r; /* there may be many */
+    const double out = hypot(p.x, p.z);
     switch (faceted ? SHD_MESH : object->shape) {
-    case SHD_SPHERE:
-        return shd_length(p) - r;
     case SHD_PLANE:
         return fabs(p.y);
     case SHD_DISC:
@@ -35,6 +35,7 @@ static double signed_distance(const shd_place *place, shd_vec3 p) {
     case SHD_TORUS:
         return hypot(out - r, p.y) - object->tube;
     case SHD_MESH: /* and facets: that to the box, within which nothing is known */
+    case SHD_SPHERE:
     case SHD_SHAPE_COUNT:
         break;
     }

@@ -7,6 +7,11 @@
  * may be an error of f32, and decides nothing. */
 #define SHD_PLAN_MARGIN 1e-5
 
+/* Pairs of objects and lights that are looked at one by one, to find what does not reach what, and
+ * how far off each may be: some hundred instructions each time. With more, each object has all
+ * lights, which tiles still leave out, and clusters of them are looked at. */
+enum { SHD_PLAN_PAIRS = 1 << 18 };
+
 /* More than rounding moves lengths and cosines by in f64. */
 static const double SHD_PIECE_MARGIN = 1e-6;
 

@@ -5,10 +5,6 @@
 
 #include "plan/parts.h"
 
-/* Pairs of objects and lights that are looked at one by one. With more, looking would take longer
- * than it saves, and each object has all lights. */
-enum { MOST_PAIRS = 1 << 22 };
-
 /* ---- Things that are equal, found by their hashes. ---- */
 
 typedef struct table {
@@ -173,7 +169,7 @@ static bool find_lists(reach *r, shd_arena *arena) {
     const shd_scene *scene = plan->scene;
     uint32_t *list = shd_arena_alloc(arena, r->count, sizeof *list);
     if (!list) return false;
-    const bool few = scene->object_count <= MOST_PAIRS / (r->count ? r->count : 1);
+    const bool few = scene->object_count <= SHD_PLAN_PAIRS / (r->count ? r->count : 1);
     bool all_used = false;
     for (size_t i = 0; i < scene->object_count; i++) {
         if (shd_is_cancelled(plan->cancelled)) return false;

@@ -313,7 +313,7 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
                      .pieces = shd_arena_alloc(arena, SHD_MOST_PIECES, sizeof(shd_piece)),
                      .fineness = fineness_of(pairs),
                      .nodes = shd_plan_rules(plan, tier) > 0,
-                     .crowded = pairs > MOST_PAIRS};
+                     .crowded = pairs > SHD_PLAN_PAIRS};
     if (!f.sources || !f.beside || !f.lobes || !f.pieces ||
         !shd_terms_new(plan, f.crowded, arena, &f.hues, &f.terms))
         return false;
