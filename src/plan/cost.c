@@ -80,15 +80,22 @@ static double pixels_of(const shd_scene *scene) {
 static bool find_frame(const shd_scene *scene, const shd_object *object, double pixels,
                        shd_vec3 low, shd_vec3 high, frame *out) {
     const shd_camera *camera = &scene->camera;
+    const shd_affine *m = &object->transform;
     frame f = {INFINITY, -INFINITY, INFINITY, -INFINITY};
+    /* What each end of the box's sides makes of the sum that shd_transform has. */
+    const shd_vec3 x_ends[2] = {scaled_column(m, 0, low.x), scaled_column(m, 0, high.x)},
+                   y_ends[2] = {scaled_column(m, 1, low.y), scaled_column(m, 1, high.y)},
+                   z_ends[2] = {scaled_column(m, 2, low.z), scaled_column(m, 2, high.z)};
     for (int corner = 0; corner < 8; corner++) {
-        const shd_vec3 at = shd_box_corner(low, high, corner),
-                       v = shd_sub(shd_transform(&object->transform, at), camera->position);
+        const shd_vec3 side = shd_add(x_ends[corner & 1], y_ends[corner >> 1 & 1]),
+                       at = shd_add(shd_add(side, z_ends[corner >> 2]), m->origin),
+                       v = shd_sub(at, camera->position);
         const double depth = -shd_dot(camera->back, v),
                      scale = camera->projection == SHD_PERSPECTIVE ? pixels / depth : pixels;
         if (!(depth > 0)) return false;
         const double x = shd_dot(camera->right, v) * scale, y = shd_dot(camera->up, v) * scale;
-        f = (frame){fmin(f.left, x), fmax(f.right, x), fmin(f.bottom, y), fmax(f.top, y)};
+        f = (frame){shd_smaller(x, f.left), shd_larger(x, f.right), shd_smaller(y, f.bottom),
+                    shd_larger(y, f.top)};
     }
     *out = f;
     return true;
@@ -110,14 +117,13 @@ static double seen_of(const shd_object *object, shd_vec3 low, shd_vec3 high, shd
            (object->shape == SHD_SPHERE ? sqrt(x * x + y * y + z * z) : x + y + z);
 }
 
-/* `per_length`: as pixels_of has it. */
-static outline outline_of(const shd_plan *plan, size_t index, double per_length) {
+/* `per_length`: as pixels_of has it; `most`: as measure_stretch has. */
+static outline outline_of(const shd_plan *plan, size_t index, double per_length, double most) {
     const shd_scene *scene = plan->scene;
     const shd_camera *camera = &scene->camera;
     const shd_object *object = &scene->objects[index];
     const double w = scene->raster.width, h = scene->raster.height, all = w * h;
-    double least, most, radius = plan->objects[index].radius; /* of a sphere around the object */
-    measure_stretch(object, &least, &most);
+    double radius = plan->objects[index].radius; /* of a sphere around the object */
     if (object->shape == SHD_SPHERE) radius = fmin(radius, object->radius * most);
     shd_vec3 low, high, view = camera->back;
     if (!shd_object_box(object, &low, &high)) return (outline){PLANE_FILLS * all, all};
@@ -167,12 +173,11 @@ static double mesh_ray(size_t triangles, const outline *o) {
     return BUNDLE_RAY + TRIANGLE_RAY * reaching * fmin((side + 1) / BLOCK, 1);
 }
 
-/* What a ray costs that may meet the object. */
+/* What a ray costs that may meet the object. `least` and `most`: as measure_stretch has them. */
 static double cast_of(const shd_plan *plan, const shd_object *object, const outline *o,
-                      shd_tier tier) {
+                      double least, double most, shd_tier tier) {
     const size_t triangles = triangles_of(object);
-    double ray = rays[object->shape], least, most;
-    measure_stretch(object, &least, &most);
+    double ray = rays[object->shape];
     if (triangles)
         ray = mesh_ray(triangles, o);
     else if (object->shape == SHD_SPHERE && most <= 1.000001 * least)
@@ -292,12 +297,15 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
     shd_ray_cost cost = {.rays = PIXEL};
     for (size_t i = 0; i < scene->object_count; i++) {
         const shd_object *object = &scene->objects[i];
-        const outline o = outline_of(plan, i, per_length);
+        double least, most;
+        measure_stretch(object, &least, &most);
+        const outline o = outline_of(plan, i, per_length, most);
         const double samples = samples_of(plan, object);
         covered += o.area / all;
         double rays_left, light_left;
         sketch_costs(plan, i, &rays_left, &light_left);
-        cost.rays += samples * o.met / all * cast_of(plan, object, &o, tier) * rays_left;
+        cost.rays +=
+            samples * o.met / all * cast_of(plan, object, &o, least, most, tier) * rays_left;
         cost.light += samples * o.area / all *
                       light_of(plan, i, &costs[tier], factor, o.area, tier) * light_left;
         const shd_traced_cost traced = shd_find_traced_cost(plan, &paths, i);
