@@ -197,7 +197,7 @@ static bool find_keys(const shd_plan *plan, shd_reuse_key *geometry, shd_reuse_k
 shd_recall shd_recall_open(shd_reuse *reuse, const shd_plan *plan) {
     shd_recall recall = {0};
     shd_reuse_key geometry, light;
-    if (!find_keys(plan, &geometry, &light)) return recall;
+    if (!shd_reuse_keeps(reuse) || !find_keys(plan, &geometry, &light)) return recall;
     recall.light = shd_reuse_find(reuse, SHD_RECORD_LIGHT, light);
     if (recall.light) return recall;
     const size_t tiles = shd_tile_count(&plan->scene->raster);

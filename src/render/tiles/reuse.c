@@ -108,6 +108,10 @@ void shd_reuse_drop(shd_reuse *reuse) {
     free(reuse);
 }
 
+bool shd_reuse_keeps(const shd_reuse *reuse) {
+    return reuse->load.cap > 0;
+}
+
 shd_record *shd_reuse_find(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key key) {
     if (!reuse->load.cap) return NULL;
     const shd_key sought = shd_index_key(&reuse->index, kind, &key, sizeof key);

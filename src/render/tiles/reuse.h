@@ -28,6 +28,9 @@ shd_status shd_reuse_new(size_t cap, shd_budget *budget, shd_reuse **out, shd_er
 size_t shd_reuse_trim(void *reuse, size_t bytes);
 void shd_reuse_drop(shd_reuse *reuse); /* when nobody uses a record any more; NULL is fine */
 
+/* Whether anything may be kept. Else there is no need to make keys. */
+bool shd_reuse_keeps(const shd_reuse *reuse);
+
 /* The record of a key, which the caller drops. NULL: there is none. Counts hits and misses. */
 shd_record *shd_reuse_find(shd_reuse *reuse, shd_record_kind kind, shd_reuse_key key);
 
