@@ -352,7 +352,9 @@ void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *o
     const bool bare = object->shape == SHD_MESH && object->mesh && !object->mesh->uvs;
     /* Frames of normals are at points of a chart, which are lit one by one. */
     if (material->normal_texture && object->interpolation != SHD_PHONG)
-        shd_wrong(r, node, "a material with a map of normals needs interpolation phong");
+        shd_wrong(r, node,
+                  "a material with a map of normals needs interpolation phong: flat and gouraud "
+                  "are lit once a face or a corner, where a pixel's normal says nothing");
     if (bare)
         shd_wrong(r, node, "a material with %s needs `uvs` on a mesh",
                   material->normal_texture ? "a map of normals" : "a pattern or a picture");
@@ -363,7 +365,9 @@ void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *o
     if (material->model != SHD_MODEL_WESTIN) return;
     /* Parts of a spectral scene's material have no table. */
     if (material->diffuse_texture)
-        shd_wrong(r, node, "the facets of a westin material have no pattern or picture");
+        shd_wrong(r, node,
+                  "the facets of a westin material have no pattern or picture: they light each "
+                  "other, so that `diffuse` is no factor of what is seen");
     else if (r->scene->spectral.channels &&
              (material->emissive_texture || material->ambient_texture))
         shd_wrong(r, node,

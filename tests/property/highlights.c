@@ -35,24 +35,62 @@ enum { SIDE = 16, FINE = 16 };
     "[-0.5, -0.6, -1]}]"
 #define SKY "\"lights\": [{\"type\": \"environment\", \"map\": \"sky\"}]"
 
+/* `"type": ...`: a ball, or a mesh with its normals, of `MESHED` slices. */
+enum { MESHED = 12 };
+static char *shape_of(bool meshed) {
+    if (!meshed) return text_of("%s", "\"type\": \"sphere\"");
+    writing w;
+    start(&w);
+    for (int part = 0; part < 2; part++) {
+        fprintf(w.out, part ? "], \"normals\": [" : "\"type\": \"mesh\", \"positions\": [");
+        for (int j = 0; j <= MESHED; j++)
+            for (int i = 0; i < MESHED; i++) {
+                const double down = SHD_PI * j / MESHED, turn = 2 * SHD_PI * i / MESHED;
+                fprintf(w.out, "%s%.17g, %.17g, %.17g", i || j ? ", " : "", sin(down) * sin(turn),
+                        cos(down), sin(down) * cos(turn));
+            }
+    }
+    const char *comma = "], \"indices\": [";
+    for (int j = 0; j < MESHED; j++)
+        for (int i = 0; i < MESHED; i++) {
+            const int a = j * MESHED + i, b = j * MESHED + (i + 1) % MESHED;
+            if (j > 0) fprintf(w.out, "%s%d, %d, %d", comma, a, b + MESHED, b), comma = ", ";
+            if (j < MESHED - 1)
+                fprintf(w.out, "%s%d, %d, %d", comma, a, a + MESHED, b + MESHED), comma = ", ";
+        }
+    fputs("]", w.out);
+    return finish(&w);
+}
+
+/* What shines, and how. */
+typedef struct glint {
+    const char *light;
+    size_t model;
+    const char *sharp;
+    double radii[2]; /* in pixels */
+    bool meshed;
+    int samples;
+} glint;
+
 /* A ball some pixels wide, at a place that no pixel's grid knows. */
-static char *ball(const char *light, size_t model, const char *sharp, const char *members,
-                  double radius, const double at[2], int times, int samples) {
-    char *material = material_of(model, sharp, members);
+static char *ball(const glint *g, const char *members, double radius, const double at[2], int times,
+                  int samples) {
+    char *material = material_of(g->model, g->sharp, members), *shape = shape_of(g->meshed);
     char *out = text_of(
         "{\"image\": {\"width\": %d, \"height\": %d, \"samples\": %d}, "
         "\"camera\": {\"type\": \"orthographic\", \"height\": %d, \"position\": [0, 0, "
         "50]}, %s, "
-        "\"objects\": [{\"type\": \"sphere\", \"radius\": %.17g, \"transform\": {\"translate\": "
+        "\"objects\": [{%s, \"transform\": {\"scale\": %.17g, \"translate\": "
         "[%.17g, %.17g, 0]}, \"material\": %s}]}",
-        SIDE * times, SIDE * times, samples, SIDE, light, radius, at[0], at[1], material);
+        SIDE * times, SIDE * times, samples, SIDE, g->light, shape, radius, at[0], at[1], material);
     free(material);
+    free(shape);
     return out;
 }
 
 /* The picture's first channel, in means of times x times pixels. */
 static void draw_means(shd_engine *engine, char *text, int times, double out[SIDE][SIDE]) {
-    drawn d = film_of(engine, text);
+    drawn d = shown_film_of(engine, text);
     memset(out, 0, sizeof(double[SIDE][SIDE]));
     for (int y = 0; y < SIDE * times; y++)
         for (int x = 0; x < SIDE * times; x++)
@@ -76,37 +114,37 @@ static void add_error(double seen[SIDE][SIDE], double wanted[SIDE][SIDE], error 
         }
 }
 
-/* Balls of both radii, against `fine` by `fine` rays a pixel. */
-static void compare_balls(shd_engine *engine, const char *light, size_t model, const char *sharp,
-                          const double radii[2], int samples, int count, int fine, error e[2]) {
+/* `count` balls without and with it, against `fine` by `fine` rays a pixel. */
+static void compare_balls(shd_engine *engine, const glint *g, int count, int fine, error e[2]) {
     uint64_t random = 7;
     e[0] = e[1] = (error){0};
     for (int k = 0; k < count; k++) {
         const double at[2] = {uniform(&random, -1, 1), uniform(&random, -1, 1)},
-                     radius = uniform(&random, radii[0], radii[1]);
+                     radius = uniform(&random, g->radii[0], g->radii[1]);
         double many[SIDE][SIDE], seen[SIDE][SIDE];
-        draw_means(engine, ball(light, model, sharp, "", radius, at, fine, 1), fine, many);
-        draw_means(engine, ball(light, model, sharp, "", radius, at, 1, samples), 1, seen);
+        draw_means(engine, ball(g, "", radius, at, fine, 1), fine, many);
+        draw_means(engine, ball(g, "", radius, at, 1, g->samples), 1, seen);
         add_error(seen, many, &e[0]);
-        draw_means(engine, ball(light, model, sharp, SMOOTH, radius, at, 1, samples), 1, seen);
+        draw_means(engine, ball(g, SMOOTH, radius, at, 1, g->samples), 1, seen);
         add_error(seen, many, &e[1]);
     }
     if (getenv("SHADED_MEASURE"))
-        printf("%s, model %zu, %s, radii %g to %g, %d samples: error %.3g was %.3g, light %.3f was "
-               "%.3f\n",
-               strstr(light, "sky") ? "sky" : "lamp", model, sharp, radii[0], radii[1], samples,
-               sqrt(e[1].square), sqrt(e[0].square), e[1].sum / e[1].wanted,
-               e[0].sum / e[0].wanted);
+        printf("%s, %s, model %zu, %s, radii %g to %g, %d samples: error %.3g was %.3g, light %.3f "
+               "was %.3f\n",
+               strstr(g->light, "sky") ? "sky" : "lamp", g->meshed ? "mesh" : "ball", g->model,
+               g->sharp, g->radii[0], g->radii[1], g->samples, sqrt(e[1].square), sqrt(e[0].square),
+               e[1].sum / e[1].wanted, e[0].sum / e[0].wanted);
 }
 
+static const char *const usual[MODELS] = {"1500", "500", "1500", "0.04"};
 static const int few[] = {1, 4};
 
 static void small_highlights_come_nearer(void **state) {
-    static const char *const sharp[] = {"1500", "500", "1500", "0.04"};
     for (size_t m = 0; m < MODELS; m++)
         for (size_t s = 0; s < SHD_LENGTH(few); s++) {
+            const glint g = {LAMP, m, usual[m], {1.5, 6}, false, few[s]};
             error e[2];
-            compare_balls(*state, LAMP, m, sharp[m], (const double[]){1.5, 6}, few[s], 24, FINE, e);
+            compare_balls(*state, &g, 24, FINE, e);
             assert_below(e[1].square, 0.5 * e[0].square);
             assert_below(fabs(e[1].sum / e[1].wanted - 1), 0.15);
         }
@@ -114,16 +152,30 @@ static void small_highlights_come_nearer(void **state) {
 
 /* The same of what the sky's sun makes. */
 static void small_highlights_of_the_sky_come_nearer(void **state) {
-    static const char *const sharp[] = {"1500", "500", "1500", "0.04"};
     const bool measures = getenv("SHADED_MEASURE");
     for (size_t m = 0; m < MODELS; m++)
         for (size_t s = 0; s < (measures ? SHD_LENGTH(few) : 1); s++) {
+            const glint g = {SKY, m, usual[m], {1.5, 6}, false, few[s]};
             error e[2];
-            compare_balls(*state, SKY, m, sharp[m], (const double[]){1.5, 6}, few[s],
-                          measures ? 24 : 2, measures ? FINE : 4, e);
+            compare_balls(*state, &g, measures ? 6 : 3, measures ? 8 : 4, e);
             assert_below(e[1].square, 0.5 * e[0].square);
-            assert_below(fabs(e[1].sum / e[1].wanted - 1), 0.15);
+            assert_below(fabs(e[1].sum / e[1].wanted - 1), 0.2);
         }
+}
+
+/* Balls and meshes of two pixels, and exponents of 10,000: of which some 4 rays of 4,096 meet the
+ * highlight. */
+static void sparks_come_nearer(void **state) {
+    static const char *const sharp[MODELS] = {"10000", "10000", "10000", "0.014"};
+    const bool measures = getenv("SHADED_MEASURE");
+    for (size_t k = 0; k < (measures ? 4 * MODELS : 2); k++) {
+        const size_t m = k % MODELS;
+        const bool meshed = measures ? k / MODELS % 2 : k % 2;
+        const glint shown = {LAMP, m, sharp[m], {1, 1}, meshed, k < 2 * MODELS ? 1 : 4};
+        error e[2];
+        compare_balls(*state, &shown, measures ? 8 : 4, measures ? 64 : 32, e);
+        if (!measures) assert_below(e[1].square, e[0].square);
+    }
 }
 
 /* ---- What stays. ---- */
@@ -333,10 +385,12 @@ static void regions_are_crops(void **state) {
 }
 
 int main(void) {
+    cmocka_set_test_filter(getenv("ONLY"));
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(small_highlights_come_nearer),
         cmocka_unit_test(flat_surfaces_stay),
         cmocka_unit_test(small_highlights_of_the_sky_come_nearer),
+        cmocka_unit_test(sparks_come_nearer),
         cmocka_unit_test(flat_surfaces_stay_beside_others),
         cmocka_unit_test(normals_turn_as_told),
         cmocka_unit_test(bounds_hold_for_turned_scenes),

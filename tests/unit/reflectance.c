@@ -330,6 +330,33 @@ static void energy_is_gained_from_where_the_closed_form_is_1(void **state) {
     assert_float_equal(r.most_angle, 89.99, 0);
 }
 
+/* However narrow a lobe is, and however little light it sends on from above. */
+static void narrow_lobes_gain_energy_at_last(void **state) {
+    (void)state;
+    static const double list[] = {3e3, 1e6, 1e7};
+    for (size_t k = 0; k < sizeof list / sizeof *list; k++)
+        for (int dark = 0; dark < 2; dark++) {
+            subject s;
+            make(&s, SHD_MODEL_PHONG, false, true, list[k]);
+            const double ks = dark ? 0.05 : 1;
+            for (int c = 0; c < 3; c++) s.lobes[0].specular[c] = ks;
+            const shd_reflectance r = figures_of(&s);
+            assert_true(r.unbounded && r.gains > 89 && r.gains < 90);
+            const double facing = sin(degrees(90 - r.gains));
+            assert_float_equal(ks * shd_phong_energy(facing, list[k]) / (SHD_PI * facing), 1, 5e-3);
+        }
+    subject s;
+    make(&s, SHD_MODEL_BLINN_PHONG, false, true, 1e6);
+    assert_true(figures_of(&s).gains > 89.99);
+    make(&s, SHD_MODEL_PHONG, false, true, 1e300);
+    assert_true(figures_of(&s).gains == 90);
+    /* Lobes that take light away never do, nor do those whose energy is bounded. */
+    for (int c = 0; c < 3; c++) s.lobes[0].specular[c] = -1;
+    assert_true(isnan(figures_of(&s).gains));
+    make(&s, SHD_MODEL_COOK_TORRANCE, false, true, 0.01);
+    assert_true(isnan(figures_of(&s).gains));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(quadrature_finds_bends_and_peaks),
@@ -346,6 +373,7 @@ int main(void) {
         cmocka_unit_test(limits_are_those_of_the_equations),
         cmocka_unit_test(limits_are_those_of_negative_lobes),
         cmocka_unit_test(energy_is_gained_from_where_the_closed_form_is_1),
+        cmocka_unit_test(narrow_lobes_gain_energy_at_last),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

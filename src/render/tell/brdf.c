@@ -83,6 +83,18 @@ static json_t *tell_verdict(const shd_reflectance *r) {
                               json_sprintf("sends on no more light than arrives: at most %.3g "
                                            "of it, at %.4g degrees",
                                            most, angle));
+    else if (most <= 1 && r->gains < 90)
+        json_array_append_new(words,
+                              json_sprintf("gains energy within %.2g degrees of the surface: up to "
+                                           "89.99 degrees at most %.3g of the light that arrives "
+                                           "leaves",
+                                           90 - r->gains, most));
+    else if (most <= 1)
+        json_array_append_new(words,
+                              json_sprintf("gains energy along the surface, nearer than angles "
+                                           "tell: up to 89.99 degrees at most %.3g of the light "
+                                           "that arrives leaves",
+                                           most));
     else if (r->gains > 0)
         json_array_append_new(words, json_sprintf("gains energy above %.4g degrees: %.*g times the "
                                                   "light that arrives leaves at %.4g degrees",

@@ -43,6 +43,32 @@ static double find_gain(const shd_reflectance *r, double low, double high) {
     return (low + high) / 2;
 }
 
+/* f_r N.L of Phong's and Blinn's lobes is not 0 at the horizon, so that their albedo grows as 1 /
+ * N.L there, and passes 1 however narrow a lobe is. */
+static bool ends_in_gain(const shd_plan_material *m) {
+    bool positive[3] = {false, false, false}, negative[3] = {false, false, false}, any = false;
+    if (m->model != SHD_MODEL_PHONG && m->model != SHD_MODEL_BLINN_PHONG) return false;
+    for (size_t k = 0; k < m->lobe_count; k++)
+        for (int c = 0; c < 3; c++) {
+            positive[c] |= m->lobes[k].specular[c] > 0;
+            negative[c] |= m->lobes[k].specular[c] < 0;
+        }
+    for (int c = 0; c < 3; c++) any |= positive[c] && !negative[c];
+    return any;
+}
+
+/* The same beyond all angles of the scan, nearer to the horizon by a tenth each time. 90: nearer
+ * than f64 tells. */
+static double find_last_gain(const shd_reflectance *r) {
+    static const double NEAREST = 5e-12;
+    for (double off = 1e-3; off > NEAREST; off /= 10) {
+        double share[3], error;
+        if (!shd_albedo_find(r, (90 - off) * DEGREE, 1e-7, share, &error)) return NAN;
+        if (largest_of(share) > 1 + 1e-6) return find_gain(r, 90 - 10 * off, 90 - off);
+    }
+    return 90;
+}
+
 static bool find_albedo(shd_reflectance *r) {
     const double slack = slack_of(r);
     r->gains = NAN;
@@ -62,7 +88,8 @@ static bool find_albedo(shd_reflectance *r) {
         if (isnan(r->gains) && most > 1 + slack + error)
             r->gains = i ? find_gain(r, scanned_angle(i - 1), angle) : 0;
     }
-    return true;
+    if (isnan(r->gains) && ends_in_gain(r->material)) r->gains = find_last_gain(r);
+    return !shd_is_cancelled(r->plan->cancelled);
 }
 
 /* ---- Reciprocity and limits. ---- */

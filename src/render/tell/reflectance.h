@@ -19,7 +19,8 @@ typedef struct shd_reflectance {
     double quadrature;
     /* The largest share of a channel, and its angle: of those, 89.9 and 89.99 degrees. */
     double most, most_angle;
-    /* The smallest angle from which a channel sends on more than arrives; NAN: none. */
+    /* The smallest angle from which a channel sends on more than arrives; NAN: none; 90: one that
+     * f64 does not tell from 90. It may be beyond all that `most` is of. */
     double gains;
     /* The largest |f_r(L, V) - f_r(V, L)| over the larger one, on a grid, and where. */
     double residual, residual_light, residual_view, residual_turn;
