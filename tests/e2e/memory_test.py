@@ -13,6 +13,7 @@ from pathlib import Path
 
 from e2e.coding_test import PACKERS, coded
 from e2e.daemon import PATIENCE, SANITIZED, SMALL, SLOW, Daemon, run
+from e2e.fair_test import render_from
 
 MB = 1 << 20
 
@@ -215,7 +216,8 @@ class RefusalTest(unittest.TestCase):
                     "outputs": [{"name": "a", "format": "png"}, {"name": "b", "format": "png"}]}
             connection = asking(daemon, slow)
             wait_until(lambda: daemon.metrics()["shaded_memory_used_bytes"] > 120 * MB)
-            answer = daemon.render(large(0, 1900, 2))
+            # Of another client: it has its turn between two tiles.
+            answer = render_from(daemon, "127.0.0.2", large(0, 1900, 2))
             connection.close()
             self.assertEqual(answer.status, 429, answer.body[:300])
             self.assertGreaterEqual(int(answer.headers["Retry-After"]), 1)
