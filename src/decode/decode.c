@@ -1,10 +1,14 @@
 #include "decode/decode.h"
 
+#include <string.h>
+
 /* ---- By OpenImageIO ---- */
 
 typedef struct asking {
     const shd_decoder *decoder;
     shd_decoded *picture;
+    const unsigned char *exr; /* the file, if it is of that format */
+    size_t size;
     shd_status status;
     shd_error *error;
 } asking;
@@ -22,13 +26,19 @@ static bool admit_oiio(void *context, const shd_oiio_decoding *decoding) {
     asking *a = context;
     take_head(decoding, a->picture);
     a->status = shd_decode_admit(a->decoder, a->picture, a->error);
+    if (a->status == SHD_OK && a->exr) a->status = shd_decode_check_exr(a->exr, a->size, a->error);
     return a->status == SHD_OK;
 }
 
 static shd_status decode_by_oiio(const shd_decoder *decoder, const char *suffix,
                                  const unsigned char *data, size_t size, shd_decoded *picture,
                                  void **samples, shd_error *error) {
-    asking a = {decoder, picture, SHD_OK, error};
+    asking a = {.decoder = decoder,
+                .picture = picture,
+                .exr = strcmp(suffix, "exr") ? NULL : data,
+                .size = size,
+                .status = SHD_OK,
+                .error = error};
     shd_oiio_decoding decoding = {.abi = sizeof decoding,
                                   .data = data,
                                   .size = size,

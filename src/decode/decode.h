@@ -38,6 +38,8 @@ shd_decode_fn shd_decode_png, shd_decode_jpeg, shd_decode_webp;
 shd_status shd_decode_walk(shd_format format, const unsigned char *data, size_t size,
                            shd_error *error);
 shd_status shd_decode_walk_tiff(const unsigned char *data, size_t size, shd_error *error);
+/* The same of what has been admitted, where it pays to look before it is decoded. */
+shd_status shd_decode_check_exr(const unsigned char *data, size_t size, shd_error *error);
 shd_status shd_decode_ends_early(const char *format, shd_error *error);
 
 /* Inside: whether the head is one that is read here, and its decoding is to go on. */

@@ -63,6 +63,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     if (size) memcpy(copy, data, size);
     mend_sums(copy, size);
     decode(copy, size);
+    shd_error error;
+    if (shd_format_sniff(copy, size) == SHD_EXR) shd_decode_check_exr(copy, size, &error);
     free(copy);
     return 0;
 }

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include <cmocka.h>
+#include <libdeflate.h>
 
 #include "decode/decode.h"
 
@@ -193,6 +194,94 @@ static void a_jpeg_has_an_end_and_few_scans(void **state) {
     assert_non_null(strstr(error.text, "scans"));
 }
 
+/* ---- OpenEXR ---- */
+
+enum { WIDE = 40, HIGH = 37, ROWS = 16, BLOCKS = 3 };
+
+static void put_attribute(file *f, const char *name, const char *type, size_t length) {
+    put_text(f, name);
+    put(f, 0, 1);
+    put_text(f, type);
+    put(f, 0, 1);
+    put(f, length, 4);
+}
+
+/* Of one channel of floats, whose blocks are ZIP. `table` is where that is. */
+static file make_exr(size_t *table) {
+    file f = {.size = 0};
+    put(&f, 20000630, 4);
+    put(&f, 2, 4);
+    put_attribute(&f, "channels", "chlist", 19);
+    put_text(&f, "R");
+    put(&f, 0, 1);
+    put(&f, 2, 4);
+    put(&f, 0, 4);
+    put(&f, 1, 4);
+    put(&f, 1, 4);
+    put(&f, 0, 1);
+    put_attribute(&f, "compression", "compression", 1);
+    put(&f, 3, 1);
+    put_attribute(&f, "dataWindow", "box2i", 16);
+    put(&f, 0xfffffffe, 4); /* from -2, -5 on */
+    put(&f, 0xfffffffb, 4);
+    put(&f, WIDE - 3, 4);
+    put(&f, HIGH - 6, 4);
+    put(&f, 0, 1);
+    *table = f.size;
+    f.size += 8 * BLOCKS;
+    struct libdeflate_compressor *packer = libdeflate_alloc_compressor(6);
+    for (size_t i = 0; i < BLOCKS; i++) {
+        unsigned char rows[4 * WIDE * ROWS];
+        for (size_t k = 0; k < sizeof rows; k++) rows[k] = (unsigned char)(k * k / 64 % 5);
+        const size_t size = 4 * WIDE * (i + 1 < BLOCKS ? ROWS : HIGH - ROWS * (BLOCKS - 1)),
+                     start = f.size,
+                     length = libdeflate_zlib_compress(packer, rows, size, f.bytes + start + 8,
+                                                       sizeof f.bytes - start - 8);
+        assert_in_range(length, 1, size - 1);
+        f.size = *table + 8 * i;
+        put(&f, start, 8);
+        f.size = start;
+        put(&f, (uint32_t)((int)(ROWS * i) - 5), 4);
+        put(&f, length, 4);
+        f.size += length;
+    }
+    libdeflate_free_compressor(packer);
+    return f;
+}
+
+static shd_status check_exr(const file *f, size_t size, shd_error *error) {
+    unsigned char *copy = malloc(size);
+    memcpy(copy, f->bytes, size);
+    const shd_status status = shd_decode_check_exr(copy, size, error);
+    free(copy);
+    return status;
+}
+
+static void each_block_of_an_exr_is_looked_at(void **state) {
+    (void)state;
+    size_t table;
+    const file whole = make_exr(&table);
+    shd_error error;
+    if (check_exr(&whole, whole.size, &error) != SHD_OK) fail_msg("%s", error.text);
+    for (size_t size = table; size < whole.size; size++)
+        assert_int_equal(check_exr(&whole, size, &error), SHD_SCENE);
+    /* A bit of any byte behind the table is told, but for lengths that leave a block whole, the head
+     * of zlib's, and what is behind a stream's last bit. */
+    size_t untold = 0;
+    for (size_t at = table + 8 * BLOCKS; at < whole.size; at++) {
+        file f = whole;
+        f.bytes[at] ^= 0x10;
+        untold += check_exr(&f, f.size, &error) == SHD_OK;
+    }
+    assert_in_range(untold, 0, 4 * BLOCKS);
+    file stray = whole;
+    stray.bytes[table + 8]++;
+    assert_int_equal(check_exr(&stray, stray.size, &error), SHD_SCENE);
+    assert_non_null(strstr(error.text, "is not where"));
+    memset(stray.bytes + table + 16, 0, 8); /* OpenEXR makes such a table anew */
+    assert_int_equal(check_exr(&stray, stray.size, &error), SHD_OK);
+}
+
 /* ---- Anything ---- */
 
 static void nothing_is_read_beyond_the_end(void **state) {
@@ -212,6 +301,19 @@ static void nothing_is_read_beyond_the_end(void **state) {
         const shd_status status = walk(&f, f.size - (seed >> 16) % 8, &error);
         assert_true(status == SHD_OK || status == SHD_SCENE);
     }
+    size_t table;
+    const file exr = make_exr(&table);
+    for (int round = 0; round < 4000; round++) {
+        file f = exr;
+        for (int i = 0; i < 3; i++) {
+            seed = seed * 1664525 + 1013904223;
+            f.bytes[4 + (seed >> 8) % (table + 8 * BLOCKS)] =
+                (unsigned char)(seed >> 24 | (seed & 0x80));
+        }
+        shd_error error;
+        const shd_status status = check_exr(&f, f.size - (seed >> 16) % 8, &error);
+        assert_true(status == SHD_OK || status == SHD_SCENE);
+    }
 }
 
 int main(void) {
@@ -219,6 +321,7 @@ int main(void) {
         cmocka_unit_test(a_tiff_has_what_it_says),
         cmocka_unit_test(an_hdr_has_its_rows),
         cmocka_unit_test(a_jpeg_has_an_end_and_few_scans),
+        cmocka_unit_test(each_block_of_an_exr_is_looked_at),
         cmocka_unit_test(nothing_is_read_beyond_the_end),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
