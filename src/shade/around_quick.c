@@ -66,6 +66,7 @@ typedef struct quick {
 static shd_lobe_view view_lobe(const shd_around_lobe *lobe) {
     const double s = lobe->sharpness, n = shd_larger(s, 1);
     shd_lobe_view v = {.lobe = lobe, .viewing = shd_larger(shd_dot(lobe->normal, lobe->view), 0)};
+    v.scale = 1 / SHD_PI;
     switch (lobe->model) {
     case SHD_MODEL_COOK_TORRANCE:
         v.inverse = 1 / (s * s);
@@ -75,16 +76,14 @@ static shd_lobe_view view_lobe(const shd_around_lobe *lobe) {
         break;
     case SHD_MODEL_BLINN_PHONG:
         v.own = shd_smaller(1 / sqrt(n), 0.4);
-        v.scale = 1 / SHD_PI;
         break;
     case SHD_MODEL_PHONG:
     case SHD_MODEL_PHONG_NORMALIZED:
         v.own = shd_smaller(1 / sqrt(n), 0.6);
-        v.scale = (lobe->model == SHD_MODEL_PHONG ? 2 : s + 2) / (2 * SHD_PI);
+        if (lobe->model != SHD_MODEL_PHONG) v.scale = (s + 2) / (2 * SHD_PI);
         break;
     default:
         v.own = 0.8;
-        v.scale = 1 / SHD_PI;
     }
     return v;
 }

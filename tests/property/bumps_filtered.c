@@ -201,11 +201,62 @@ static void fine_bumps_are_what_many_rays_see(void **state) {
     }
 }
 
+/* ---- In the light of an environment. ---- */
+
+/* A rough ball and a torus; `tier` NULL: their material without its map of normals. */
+static drawn draw_around(shd_engine *engine, const char *lobe, const char *map, const char *tier) {
+    char
+        *normal = map ? text_of(", \"normal\": {\"texture\": \"%s\", \"uv\": {\"scale\": 3}}", map)
+                      : text_of("%s", ""),
+        *text = text_of(
+            "{\"image\": {\"width\": 14, \"height\": 12, \"samples\": 1}, \"accuracy\": {\"tier\": "
+            "\"%s\"}, \"camera\": {\"position\": [0.3, 0.4, 4]}, \"lights\": [{\"type\": "
+            "\"environment\", \"map\": \"studio\", \"rotate\": 30}], \"materials\": {\"a\": "
+            "{\"diffuse\": 0.1, %s, \"specularAntialiasing\": true%s}}, \"objects\": [{\"type\": "
+            "\"sphere\", \"radius\": 0.7, \"material\": \"a\"}, {\"type\": \"torus\", \"tube\": "
+            "0.2, "
+            "\"radius\": 1.1, \"material\": \"a\", \"transform\": {\"rotate\": [60, 0, 20]}}]}",
+            tier, lobe, normal);
+    drawn d = shown_film_of(engine, text);
+    free(text);
+    free(normal);
+    return d;
+}
+
+static const char *const around[] = {
+    "\"specular\": 3, \"shininess\": 200", "\"specular\": 3, \"shininess\": 2.5",
+    "\"model\": \"blinn-phong\", \"specular\": 3, \"shininess\": 300",
+    "\"model\": \"phong-normalized\", \"specular\": 0.5, \"shininess\": 90",
+    "\"model\": \"cook-torrance\", \"lobes\": [{\"roughness\": 0.08}]"};
+
+/* By tables and quick walks, and by quadrature and long ones: within their bounds, and codes. */
+static void tiers_agree_around(void **state) {
+    const put_name map = put_slopes(*state, 0.2);
+    for (size_t k = 0; k < SHD_LENGTH(around); k++)
+        for (int mapped = 0; mapped < 2; mapped++) {
+            const char *name = mapped ? map.text : NULL;
+            drawn quick = draw_around(*state, around[k], name, "standard"),
+                  exact = draw_around(*state, around[k], name, "exact");
+            const shd_bound a = exact.request->rendering.plan->bound,
+                            b = quick.request->rendering.plan->bound;
+            double most = 0;
+            for (size_t i = 0; i < 4 * pixels_of(&quick); i++)
+                most = fmax(most, fabs((double)quick.film.rgba[i] - (double)exact.film.rgba[i]));
+            assert_below(most, a.linear + b.linear);
+            assert_true(most > 0 && isfinite(b.code));
+            const shd_difference seen = measured(&exact, &quick);
+            assert_below(seen.code.max, fmin(b.code, 1) + 0.5);
+            drop_drawn(&quick);
+            drop_drawn(&exact);
+        }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(frames_are_as_charts_are_told),
         cmocka_unit_test(fine_normals_are_toksvigs),
         cmocka_unit_test(fine_bumps_are_what_many_rays_see),
+        cmocka_unit_test(tiers_agree_around),
     };
     return cmocka_run_group_tests(tests, make_engine, drop_engine);
 }

@@ -385,7 +385,6 @@ static void regions_are_crops(void **state) {
 }
 
 int main(void) {
-    cmocka_set_test_filter(getenv("ONLY"));
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(small_highlights_come_nearer),
         cmocka_unit_test(flat_surfaces_stay),
