@@ -149,9 +149,12 @@ class SoakTest(unittest.TestCase):
             self.settle(daemon, before)
 
     def warm(self, daemon):
-        """Every example, and a picture that others leave: the most that one request can take."""
+        """Every example, and a picture that others leave: the most that one request can take. A sanitizer's memory is
+        not compared, so that it only gets what has formats of its own."""
         client = Client(daemon, CLIENTS, 0)
         for example in EXAMPLES:
+            if SANITIZED and not {"output", "outputs"} & set(example):
+                continue
             client.expect(daemon.render({**example, "image": SIZE}), 200)
         if not SANITIZED:
             client.expect(daemon.render(LEFT), 200)

@@ -24,6 +24,11 @@ def shade(*arguments, **scene):
                           check=True, timeout=500).stdout
 
 
+def served(**scene):
+    """What a daemon answers, which need not load OpenImageIO for each."""
+    return program.shade({**SCENE, **scene})
+
+
 class Adjust(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -42,7 +47,7 @@ class Adjust(unittest.TestCase):
         return np.asarray(buffer.get_pixels(kind), dtype=float)
 
     def picture(self, output, **scene):
-        return self.read(shade("render", "-", "-o", "-", output=output, **scene), output["format"])
+        return self.read(served(output=output, **scene), output["format"])
 
     def test_exposure_multiplies_light(self):
         light = self.picture(LIGHT)
@@ -118,8 +123,8 @@ class Adjust(unittest.TestCase):
     def test_matte_is_a_background(self):
         matte = [0.1, 0.6, 0.9]
         for output in ({"format": "jpeg", "quality": 100}, {"format": "hdr"}):
-            self.assertEqual(shade("render", "-", "-o", "-", background=None, output={**output, "matte": matte}),
-                             shade("render", "-", "-o", "-", background=matte, output=output))
+            self.assertEqual(served(background=None, output={**output, "matte": matte}),
+                             served(background=matte, output=output))
         # Beside an output that has alpha.
         with tempfile.TemporaryDirectory() as folder:
             shade("render", "-", "-o", folder + "/", background=None, outputs=[
@@ -147,11 +152,11 @@ class Adjust(unittest.TestCase):
             for i in range(13) for j in range(13)]}]
         for scene in scenes:
             for bits in (8, 16):
-                files = {name: shade("render", "-", "-o", "-", image={"width": 640, "height": 480}, **scene,
-                                     output={"format": "png", "bitDepth": bits, "compression": name})
+                files = {name: served(image={"width": 640, "height": 480}, **scene,
+                                      output={"format": "png", "bitDepth": bits, "compression": name})
                          for name in ("fast", "default", "small")}
-                plain = shade("render", "-", "-o", "-", image={"width": 640, "height": 480}, **scene,
-                              output={"format": "png", "bitDepth": bits})
+                plain = served(image={"width": 640, "height": 480}, **scene,
+                               output={"format": "png", "bitDepth": bits})
                 self.assertEqual(plain, files["default"])
                 self.assertGreater(len(files["fast"]), len(files["default"]))
                 self.assertGreater(len(files["default"]), (1.05 if bits == 8 else 1) * len(files["small"]))
@@ -165,7 +170,7 @@ class Adjust(unittest.TestCase):
                                 {"looks": ["ACES 1.3 Reference Gamut Compression"]})]
         known = 0
         for output in outputs:
-            for tier in json.loads(shade("compare", "-", output=output))["tiers"]:
+            for tier in json.loads(program.ask("/v1/compare", {**SCENE, "output": output}))["tiers"]:
                 for metric in ("linear", "code", "deltaE2000"):
                     bound, error = tier["bound"][metric], tier["error"][metric]["max"]
                     if bound is not None:
