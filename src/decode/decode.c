@@ -1,14 +1,16 @@
 #include "decode/decode.h"
 
-#include <string.h>
-
 /* ---- By OpenImageIO ---- */
+
+static const char *const suffixes[SHD_FORMAT_COUNT] = {
+    [SHD_TIFF] = "tif", [SHD_EXR] = "exr", [SHD_HDR] = "hdr"};
 
 typedef struct asking {
     const shd_decoder *decoder;
     shd_decoded *picture;
-    const unsigned char *exr; /* the file, if it is of that format */
+    const unsigned char *data;
     size_t size;
+    shd_format format;
     shd_status status;
     shd_error *error;
 } asking;
@@ -26,23 +28,27 @@ static bool admit_oiio(void *context, const shd_oiio_decoding *decoding) {
     asking *a = context;
     take_head(decoding, a->picture);
     a->status = shd_decode_admit(a->decoder, a->picture, a->error);
-    if (a->status == SHD_OK && a->exr) a->status = shd_decode_check_exr(a->exr, a->size, a->error);
+    if (a->status == SHD_OK && a->format == SHD_EXR)
+        a->status = shd_decode_check_exr(a->data, a->size, a->error);
+    if (a->status == SHD_OK && a->format == SHD_TIFF)
+        a->status = shd_decode_check_tiff(a->data, a->size, a->error);
     return a->status == SHD_OK;
 }
 
-static shd_status decode_by_oiio(const shd_decoder *decoder, const char *suffix,
+static shd_status decode_by_oiio(const shd_decoder *decoder, shd_format format,
                                  const unsigned char *data, size_t size, shd_decoded *picture,
                                  void **samples, shd_error *error) {
     asking a = {.decoder = decoder,
                 .picture = picture,
-                .exr = strcmp(suffix, "exr") ? NULL : data,
+                .data = data,
                 .size = size,
+                .format = format,
                 .status = SHD_OK,
                 .error = error};
     shd_oiio_decoding decoding = {.abi = sizeof decoding,
                                   .data = data,
                                   .size = size,
-                                  .suffix = suffix,
+                                  .suffix = suffixes[format],
                                   .admit = admit_oiio,
                                   .context = &a};
     char text[256] = "";
@@ -60,8 +66,6 @@ shd_status shd_decode(const shd_decoder *decoder, const unsigned char *data, siz
                       shd_decoded *picture, void **samples, shd_error *error) {
     static shd_decode_fn *const own[SHD_FORMAT_COUNT] = {
         [SHD_PNG] = shd_decode_png, [SHD_JPEG] = shd_decode_jpeg, [SHD_WEBP] = shd_decode_webp};
-    static const char *const suffixes[SHD_FORMAT_COUNT] = {
-        [SHD_TIFF] = "tif", [SHD_EXR] = "exr", [SHD_HDR] = "hdr"};
     const shd_format format = shd_format_sniff(data, size);
     *picture = (shd_decoded){0};
     *samples = NULL;
@@ -71,8 +75,7 @@ shd_status shd_decode(const shd_decoder *decoder, const unsigned char *data, siz
     const shd_status status = shd_decode_walk(format, data, size, error);
     if (status != SHD_OK) return status;
     if (own[format]) return own[format](decoder, data, size, picture, samples, error);
-    if (decoder->oiio)
-        return decode_by_oiio(decoder, suffixes[format], data, size, picture, samples, error);
+    if (decoder->oiio) return decode_by_oiio(decoder, format, data, size, picture, samples, error);
     return shd_fail(error, SHD_SCENE, "", "OpenImageIO is not installed, which reads %s",
                     suffixes[format]);
 }

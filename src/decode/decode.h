@@ -38,8 +38,11 @@ shd_decode_fn shd_decode_png, shd_decode_jpeg, shd_decode_webp;
 shd_status shd_decode_walk(shd_format format, const unsigned char *data, size_t size,
                            shd_error *error);
 shd_status shd_decode_walk_tiff(const unsigned char *data, size_t size, shd_error *error);
-/* The same of what has been admitted, where it pays to look before it is decoded. */
-shd_status shd_decode_check_exr(const unsigned char *data, size_t size, shd_error *error);
+/* The same of what was admitted, where looking takes far less than decoding; of a format's whole
+ * first bytes. */
+typedef shd_status shd_decode_check_fn(const unsigned char *data, size_t size, shd_error *error);
+shd_decode_check_fn shd_decode_check_exr, shd_decode_check_tiff;
+
 shd_status shd_decode_ends_early(const char *format, shd_error *error);
 
 /* Inside: whether the head is one that is read here, and its decoding is to go on. */

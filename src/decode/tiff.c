@@ -1,7 +1,10 @@
-/* Whether all that a TIFF file says to hold of its first picture is in it: libtiff notices what is
- * missing only when it comes there. TIFF Revision 6.0, and BigTIFF, whose counts and places have 64
+/* Whether all that a TIFF file says to hold of its first picture is in it, and unpacks if it is
+ * zlib's: libtiff notices what is missing or damaged only when it comes there, and does not look at
+ * all sums. TIFF Revision 6.0, and BigTIFF, whose counts and places have 64
  * bits. */
+#include <libdeflate.h>
 #include <stdint.h>
+#include <stdlib.h>
 
 #include "decode/decode.h"
 
@@ -21,8 +24,12 @@ typedef struct list {
 typedef struct picture {
     list starts, sizes; /* of strips, or of tiles */
     uint64_t wide, high, bits, kind, samples, planes;
-    bool is_packed, is_tiled;
+    uint64_t rows, tile_wide, tile_high, packing, fill;
+    bool is_tiled;
 } picture;
+
+/* How samples are packed; two are zlib's. */
+enum { PLAIN = 1, ZLIB = 8, OLD_ZLIB = 32946 };
 
 enum {
     WIDTH = 256,
@@ -30,10 +37,14 @@ enum {
     BITS = 258, /* of each sample */
     COMPRESSION = 259,
     KIND = 262, /* what samples are */
+    FILL = 266, /* 2: bits of packed bytes are the other way round */
     STRIPS = 273,
     SAMPLES = 277,
+    ROWS = 278, /* of a strip */
     STRIP_SIZES = 279,
     PLANES = 284, /* 2: each sample has strips of its own */
+    TILE_WIDTH = 322,
+    TILE_HEIGHT = 323,
     TILES = 324,
     TILE_SIZES = 325
 };
@@ -66,13 +77,17 @@ static void read_entry(const file *f, uint64_t at, picture *out) {
     if (tag == STRIPS || tag == TILES) out->starts = found;
     if (tag == STRIP_SIZES || tag == TILE_SIZES) out->sizes = found;
     out->is_tiled |= tag == TILES;
-    if (tag == COMPRESSION) out->is_packed = get_number(f, at + 4 + word, 2) != 1;
+    if (tag == COMPRESSION) out->packing = get_number(f, at + 4 + word, 2);
     if (tag == WIDTH) out->wide = first;
     if (tag == HEIGHT) out->high = first;
     if (tag == BITS) out->bits = first;
     if (tag == KIND) out->kind = first;
     if (tag == SAMPLES) out->samples = first;
     if (tag == PLANES) out->planes = first;
+    if (tag == FILL) out->fill = first;
+    if (tag == ROWS) out->rows = first;
+    if (tag == TILE_WIDTH) out->tile_wide = first;
+    if (tag == TILE_HEIGHT) out->tile_high = first;
 }
 
 /* False: there is none where it is to be. */
@@ -83,7 +98,8 @@ static bool read_directory(const file *f, picture *out) {
     if (!has(f, start, counter)) return false;
     const uint64_t count = get_number(f, start, counter);
     if (count > f->size / entry || !has(f, start + counter, count * entry)) return false;
-    *out = (picture){.bits = 1, .samples = 1, .planes = 1};
+    *out = (picture){
+        .bits = 1, .samples = 1, .planes = 1, .packing = PLAIN, .fill = 1, .rows = UINT64_MAX};
     for (uint64_t i = 0; i < count; i++) read_entry(f, start + counter + i * entry, out);
     return true;
 }
@@ -92,15 +108,23 @@ static bool has_list(const file *f, const list *l) {
     return l->width && l->count <= f->size && has(f, l->at, l->count * l->width);
 }
 
-/* Bytes of all rows that are not packed. 0: that is not known, or more than any file has. */
-static uint64_t count_bytes(const picture *p) {
+/* Bytes of so many rows and columns, not packed, of the samples that are together. 0: that is not
+ * known, or more than any file has. */
+static uint64_t count_bytes(const picture *p, uint64_t wide, uint64_t high) {
     enum { YCBCR = 6 }; /* of which some samples are for several pixels */
     const uint64_t most = UINT32_MAX;
-    if (p->kind == YCBCR || (p->planes != 1 && p->samples != 1) || p->wide > most ||
-        p->high > most || p->bits > 64 || p->samples > UINT16_MAX)
+    if (p->kind == YCBCR || wide > most || high > most || p->bits > 64 || p->samples > UINT16_MAX)
         return 0;
-    const uint64_t row = (p->wide * p->samples * p->bits + 7) / 8;
-    return row && p->high <= UINT64_MAX / row ? row * p->high : 0;
+    const uint64_t samples = p->planes == 1 ? p->samples : 1,
+                   row = (wide * samples * p->bits + 7) / 8;
+    return row && high <= UINT64_MAX / row ? row * high : 0;
+}
+
+/* The place and length of a strip or a tile. False: they are not in the file. */
+static bool find_piece(const file *f, const picture *p, uint64_t i, uint64_t *at, uint64_t *size) {
+    *at = get_number(f, p->starts.at + i * p->starts.width, p->starts.width);
+    *size = get_number(f, p->sizes.at + i * p->sizes.width, p->sizes.width);
+    return has(f, *at, *size);
 }
 
 shd_status shd_decode_walk_tiff(const unsigned char *data, size_t size, shd_error *error) {
@@ -109,18 +133,50 @@ shd_status shd_decode_walk_tiff(const unsigned char *data, size_t size, shd_erro
     picture p;
     if (!read_directory(&f, &p)) return shd_decode_ends_early("TIFF", error);
     /* One strip that is not packed is as long as its pixels are, whatever is said of it. */
-    if (p.starts.count == 1 && !p.is_packed && p.starts.width) {
+    if (p.starts.count == 1 && p.packing == PLAIN && p.starts.width) {
         if (!has_list(&f, &p.starts)) return shd_decode_ends_early("TIFF", error);
-        const uint64_t start = get_number(&f, p.starts.at, p.starts.width);
-        return p.is_tiled || has(&f, start, count_bytes(&p)) ? SHD_OK
-                                                             : shd_decode_ends_early("TIFF", error);
+        const uint64_t start = get_number(&f, p.starts.at, p.starts.width),
+                       bytes =
+                           p.planes == 1 || p.samples == 1 ? count_bytes(&p, p.wide, p.high) : 0;
+        return p.is_tiled || has(&f, start, bytes) ? SHD_OK : shd_decode_ends_early("TIFF", error);
     }
     if (!p.starts.width || !p.sizes.width) return SHD_OK;
     if (!has_list(&f, &p.starts) || !has_list(&f, &p.sizes))
         return shd_decode_ends_early("TIFF", error);
-    for (uint64_t i = 0; i < p.starts.count && i < p.sizes.count; i++)
-        if (!has(&f, get_number(&f, p.starts.at + i * p.starts.width, p.starts.width),
-                 get_number(&f, p.sizes.at + i * p.sizes.width, p.sizes.width)))
-            return shd_decode_ends_early("TIFF", error);
+    for (uint64_t i = 0, at, length; i < p.starts.count && i < p.sizes.count; i++)
+        if (!find_piece(&f, &p, i, &at, &length)) return shd_decode_ends_early("TIFF", error);
     return SHD_OK;
+}
+
+/* Less than all that is wanted is libtiff's to judge. */
+static bool unpack_all(const file *f, const picture *p, struct libdeflate_decompressor *unpacker,
+                       void *room, size_t bytes) {
+    for (uint64_t i = 0, at, length; i < p->starts.count && i < p->sizes.count; i++) {
+        size_t made;
+        if (find_piece(f, p, i, &at, &length) && length &&
+            libdeflate_zlib_decompress(unpacker, f->data + at, (size_t)length, room, bytes,
+                                       &made) != LIBDEFLATE_SUCCESS)
+            return false;
+    }
+    return true;
+}
+
+shd_status shd_decode_check_tiff(const unsigned char *data, size_t size, shd_error *error) {
+    enum { PIECE_MOST = 64 << 20 };
+    file f = {.data = data, .size = size, .high_first = *data == 'M'};
+    f.big = get_number(&f, 2, 2) == 43;
+    picture p;
+    if (!read_directory(&f, &p) || (p.packing != ZLIB && p.packing != OLD_ZLIB) || p.fill != 1 ||
+        !has_list(&f, &p.starts) || !has_list(&f, &p.sizes))
+        return SHD_OK;
+    const uint64_t rows = p.rows < p.high ? p.rows : p.high,
+                   bytes = p.is_tiled ? count_bytes(&p, p.tile_wide, p.tile_high)
+                                      : count_bytes(&p, p.wide, rows);
+    if (!bytes || bytes > PIECE_MOST) return SHD_OK;
+    struct libdeflate_decompressor *unpacker = libdeflate_alloc_decompressor();
+    void *room = malloc((size_t)bytes);
+    const bool good = !unpacker || !room || unpack_all(&f, &p, unpacker, room, (size_t)bytes);
+    free(room);
+    libdeflate_free_decompressor(unpacker);
+    return good ? SHD_OK : shd_fail(error, SHD_SCENE, "", "TIFF: its rows do not unpack");
 }

@@ -65,6 +65,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     decode(copy, size);
     shd_error error;
     if (shd_format_sniff(copy, size) == SHD_EXR) shd_decode_check_exr(copy, size, &error);
+    if (shd_format_sniff(copy, size) == SHD_TIFF) shd_decode_check_tiff(copy, size, &error);
     free(copy);
     return 0;
 }

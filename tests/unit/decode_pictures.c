@@ -292,7 +292,7 @@ static void other_formats_are_read(void **state) {
         refuses(file.data, 20, SHD_SCENE, "");
         if (kind->format == SHD_TIFF) { /* its rows are deflated, from the 8th byte on */
             memset((unsigned char *)file.data + 12, 0xff, 16);
-            refuses(file.data, file.size, SHD_SCENE, "OpenImageIO: ");
+            refuses(file.data, file.size, SHD_SCENE, "");
         }
         free(file.data);
     }

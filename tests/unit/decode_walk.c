@@ -54,7 +54,7 @@ typedef struct tiff_kind {
     bool high_first, big;
     unsigned packing, strips;
     unsigned type;  /* of lists: 3 is of 16 bits, 4 of 32, 16 of 64 */
-    unsigned color; /* what samples are; of one strip that is not packed */
+    unsigned color; /* what samples are; of one strip */
 } tiff_kind;
 
 static void put_entry(file *f, const tiff_kind *kind, unsigned tag, unsigned type, uint64_t count,
@@ -71,8 +71,8 @@ static void put_entry(file *f, const tiff_kind *kind, unsigned tag, unsigned typ
 /* A head, a directory, two lists if there are several strips, and strips of 20 bytes. */
 static file make_tiff(const tiff_kind *kind) {
     enum { STRIP = 20, MOST = 9 };
-    const bool is_plain = kind->packing == 1 && kind->strips == 1;
-    const unsigned entries = is_plain ? MOST : 3, entry = kind->big ? 20 : 12;
+    const bool is_one = kind->strips == 1;
+    const unsigned entries = is_one ? MOST : 3, entry = kind->big ? 20 : 12;
     file f = {.high_first = kind->high_first};
     const unsigned word = kind->big ? 8 : 4, width = kind->type == 3 ? 2 : kind->type == 4 ? 4 : 8;
     put_text(&f, kind->high_first ? "MM" : "II");
@@ -84,7 +84,7 @@ static file make_tiff(const tiff_kind *kind) {
     const size_t strips = lists + (has_lists ? 2 * kind->strips * width : 0);
     put(&f, start, word);
     put(&f, entries, kind->big ? 8 : 2);
-    if (is_plain) { /* of 5 x 2 pixels of two bytes */
+    if (is_one) { /* of 5 x 2 pixels of two bytes */
         put_entry(&f, kind, 256, 4, 1, 5);
         put_entry(&f, kind, 257, 3, 1, 2);
         put_entry(&f, kind, 258, 3, 2, 8);
@@ -124,6 +124,42 @@ static void a_tiff_has_what_it_says(void **state) {
     const file subsampled = make_tiff(&(tiff_kind){false, false, 1, 1, 4, 6});
     shd_error error;
     assert_int_equal(walk(&subsampled, subsampled.size - 1, &error), SHD_OK);
+}
+
+static shd_status check(const file *f, shd_decode_check_fn *look, size_t size, shd_error *error) {
+    unsigned char *copy = malloc(size);
+    memcpy(copy, f->bytes, size);
+    const shd_status status = look(copy, size, error);
+    free(copy);
+    return status;
+}
+
+/* Of how many bytes from `first` on a bit may be another one. */
+static size_t count_untold(const file *whole, shd_decode_check_fn *look, size_t first) {
+    size_t untold = 0;
+    for (size_t at = first; at < whole->size; at++) {
+        file f = *whole;
+        shd_error error;
+        f.bytes[at] ^= 0x10;
+        untold += check(&f, look, f.size, &error) == SHD_OK;
+    }
+    return untold;
+}
+
+static void packed_rows_of_a_tiff_are_looked_at(void **state) {
+    (void)state;
+    file f = make_tiff(&(tiff_kind){true, false, 8, 1, 4, 2});
+    shd_error error;
+    assert_int_equal(check(&f, shd_decode_check_tiff, f.size, &error), SHD_SCENE);
+    /* 20 zeros by zlib, which the strip has room for. */
+    static const unsigned char packed[] = {0x78, 0xda, 0x63, 0x60, 0xc0, 0x04,
+                                           0x00, 0x00, 0x14, 0x00, 0x01};
+    const size_t first = f.size - 20;
+    memcpy(f.bytes + first, packed, sizeof packed);
+    assert_int_equal(check(&f, shd_decode_check_tiff, f.size, &error), SHD_OK);
+    assert_in_range(count_untold(&f, shd_decode_check_tiff, first), 0, 20 - sizeof packed + 3);
+    for (size_t size = 8; size < f.size; size++) /* for the walk to tell */
+        check(&f, shd_decode_check_tiff, size, &error);
 }
 
 /* ---- HDR ---- */
@@ -249,37 +285,24 @@ static file make_exr(size_t *table) {
     return f;
 }
 
-static shd_status check_exr(const file *f, size_t size, shd_error *error) {
-    unsigned char *copy = malloc(size);
-    memcpy(copy, f->bytes, size);
-    const shd_status status = shd_decode_check_exr(copy, size, error);
-    free(copy);
-    return status;
-}
-
 static void each_block_of_an_exr_is_looked_at(void **state) {
     (void)state;
     size_t table;
     const file whole = make_exr(&table);
     shd_error error;
-    if (check_exr(&whole, whole.size, &error) != SHD_OK) fail_msg("%s", error.text);
+    if (check(&whole, shd_decode_check_exr, whole.size, &error) != SHD_OK)
+        fail_msg("%s", error.text);
     for (size_t size = table; size < whole.size; size++)
-        assert_int_equal(check_exr(&whole, size, &error), SHD_SCENE);
-    /* A bit of any byte behind the table is told, but for lengths that leave a block whole, the head
-     * of zlib's, and what is behind a stream's last bit. */
-    size_t untold = 0;
-    for (size_t at = table + 8 * BLOCKS; at < whole.size; at++) {
-        file f = whole;
-        f.bytes[at] ^= 0x10;
-        untold += check_exr(&f, f.size, &error) == SHD_OK;
-    }
-    assert_in_range(untold, 0, 4 * BLOCKS);
+        assert_int_equal(check(&whole, shd_decode_check_exr, size, &error), SHD_SCENE);
+    /* But for lengths that leave a block whole, the head of zlib's, and what is behind a stream's
+     * last bit. */
+    assert_in_range(count_untold(&whole, shd_decode_check_exr, table + 8 * BLOCKS), 0, 4 * BLOCKS);
     file stray = whole;
     stray.bytes[table + 8]++;
-    assert_int_equal(check_exr(&stray, stray.size, &error), SHD_SCENE);
+    assert_int_equal(check(&stray, shd_decode_check_exr, stray.size, &error), SHD_SCENE);
     assert_non_null(strstr(error.text, "is not where"));
     memset(stray.bytes + table + 16, 0, 8); /* OpenEXR makes such a table anew */
-    assert_int_equal(check_exr(&stray, stray.size, &error), SHD_OK);
+    assert_int_equal(check(&stray, shd_decode_check_exr, stray.size, &error), SHD_OK);
 }
 
 /* ---- Anything ---- */
@@ -311,7 +334,8 @@ static void nothing_is_read_beyond_the_end(void **state) {
                 (unsigned char)(seed >> 24 | (seed & 0x80));
         }
         shd_error error;
-        const shd_status status = check_exr(&f, f.size - (seed >> 16) % 8, &error);
+        const shd_status status =
+            check(&f, shd_decode_check_exr, f.size - (seed >> 16) % 8, &error);
         assert_true(status == SHD_OK || status == SHD_SCENE);
     }
 }
@@ -319,6 +343,7 @@ static void nothing_is_read_beyond_the_end(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_tiff_has_what_it_says),
+        cmocka_unit_test(packed_rows_of_a_tiff_are_looked_at),
         cmocka_unit_test(an_hdr_has_its_rows),
         cmocka_unit_test(a_jpeg_has_an_end_and_few_scans),
         cmocka_unit_test(each_block_of_an_exr_is_looked_at),
