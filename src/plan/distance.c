@@ -16,11 +16,12 @@ shd_place shd_place_of(const shd_object *object, const shd_plan_object *bounds) 
  * larger of two distances from convex parts is no more than that from what they have in common. */
 static double signed_distance(const shd_place *place, shd_vec3 p) {
     const shd_object *object = place->object;
-    const double r = object->radius, h = object->height / 2, out = hypot(p.x, p.z);
-    const bool faceted = object->interpolation != SHD_PHONG;
-    switch (faceted ? SHD_MESH : object->shape) {
+    const double r = object->radius, h = object->height / 2;
+    const shd_shape shape = object->interpolation != SHD_PHONG ? SHD_MESH : object->shape;
+    if (shape == SHD_SPHERE) return shd_length(p) - r;
+    const double out = hypot(p.x, p.z);
+    switch (shape) {
     case SHD_SPHERE:
-        return shd_length(p) - r;
     case SHD_PLANE:
         return fabs(p.y);
     case SHD_DISC:
