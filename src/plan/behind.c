@@ -151,17 +151,17 @@ static double most_before_arc(const shd_back *back, const place *light) {
 
 bool shd_is_behind(const shd_back *back, const shd_plan_light *light) {
     if (!back->known) return false;
-    place at;
-    double distance = 1;
-    if (light->directional) {
-        at = (place){shd_linear(&back->inverse, light->toward), 0};
-    } else {
-        at = (place){shd_linear(&back->inverse, shd_sub(light->position, back->origin)), 1};
-        distance = shd_length(shd_sub(light->position, back->center)) + back->radius;
+    const bool far = light->directional;
+    const shd_vec3 way = far ? light->toward : shd_sub(light->position, back->origin);
+    const place at = {shd_linear(&back->inverse, way), far ? 0 : 1};
+    double most = back->round ? most_before_arc(back, &at) : -INFINITY; /* of n.(l - p) */
+    for (int f = 0; f < back->face_count && most <= 0; f++) {
+        const double height = shd_dot(back->faces[f], at.at) - back->offsets[f] * at.weight;
+        most = height <= most ? most : height;
     }
+    if (!(most <= 0)) return false; /* as of most lights */
     /* n.(l - p) = |n| |l - p| N.L, and |n| and |l - p| are at most these: */
-    const double clear = -SHD_PLAN_MARGIN * back->norm * distance;
-    for (int f = 0; f < back->face_count; f++)
-        if (!(shd_dot(back->faces[f], at.at) - back->offsets[f] * at.weight <= clear)) return false;
-    return !back->round || most_before_arc(back, &at) <= clear;
+    const double distance =
+        far ? 1 : shd_length(shd_sub(light->position, back->center)) + back->radius;
+    return most <= -SHD_PLAN_MARGIN * back->norm * distance;
 }

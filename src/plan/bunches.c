@@ -139,18 +139,37 @@ static bool plant_roots(builder *b, shd_arena *arena) {
     return true;
 }
 
+static void put_row(const shd_plan_light *l, shd_vec3 at, const double color[3], size_t i,
+                    double *const *rows) {
+    const bool falls = l->attenuated;
+    const double row[SHD_BUNCH_ROWS] = {at.x,
+                                        at.y,
+                                        at.z,
+                                        falls ? l->a : 1,
+                                        falls ? l->b : 0,
+                                        falls ? l->c : 0,
+                                        l->gain,
+                                        falls ? l->min_distance : 0,
+                                        color[0],
+                                        color[1],
+                                        color[2]};
+    for (size_t k = 0; k < SHD_BUNCH_ROWS; k++) rows[k][i] = row[k];
+}
+
 static bool fill_rows(const shd_plan *plan, shd_arena *arena, shd_bunches *out) {
-    double *all = shd_arena_alloc(arena, plan->light_count, SHD_BUNCH_ROWS * sizeof *all);
-    if (!all) return false;
+    double *all = shd_arena_alloc(arena, plan->light_count, SHD_BUNCH_ROWS * sizeof *all),
+           *wholes = shd_arena_alloc(arena, out->count, (SHD_BUNCH_ROWS + 1) * sizeof *wholes);
+    if (!all || !wholes) return false;
     for (size_t k = 0; k < SHD_BUNCH_ROWS; k++) out->rows[k] = all + k * plan->light_count;
+    for (size_t k = 0; k <= SHD_BUNCH_ROWS; k++) out->wholes[k] = wholes + k * out->count;
     for (size_t i = 0; i < out->light_count; i++) {
         const shd_plan_light *l = &plan->lights[out->lights[i]];
-        const bool falls = l->attenuated;
-        const double row[SHD_BUNCH_ROWS] = {
-            l->position.x,    l->position.y,    l->position.z, falls ? l->a : 1,
-            falls ? l->b : 0, falls ? l->c : 0, l->gain,       falls ? l->min_distance : 0,
-            l->color[0],      l->color[1],      l->color[2]};
-        for (size_t k = 0; k < SHD_BUNCH_ROWS; k++) out->rows[k][i] = row[k];
+        put_row(l, l->position, l->color, i, out->rows);
+    }
+    for (size_t i = 0; i < out->count; i++) {
+        const shd_bunch *bunch = &out->list[i];
+        put_row(&out->falls[bunch->fall], bunch->center, bunch->strength, i, out->wholes);
+        out->wholes[SHD_BUNCH_ROWS][i] = bunch->radius;
     }
     return true;
 }

@@ -44,6 +44,9 @@ typedef struct shd_bunches {
     /* Of each of these, in their order: position, a, b, c, gain and least distance of its
      * attenuation (1, 0, 0 if it is none), and color. */
     double *rows[SHD_BUNCH_ROWS];
+    /* [count], of the list's: the same of a light in the center that has their strength, and their
+     * radius. */
+    double *wholes[SHD_BUNCH_ROWS + 1];
     /* How lights of a tree fall off: a light without a place, whose gain is the largest of them. */
     shd_plan_light falls[SHD_FALLS];
     size_t leaves;

@@ -17,10 +17,10 @@ shd_place shd_place_of(const shd_object *object, const shd_plan_object *bounds) 
 static double signed_distance(const shd_place *place, shd_vec3 p) {
     const shd_object *object = place->object;
     const double r = object->radius, h = object->height / 2;
-    const bool faceted = object->interpolation != SHD_PHONG;
-    if (!faceted && object->shape == SHD_SPHERE) return shd_length(p) - r; /* there may be many */
+    const shd_shape shape = object->interpolation != SHD_PHONG ? SHD_MESH : object->shape;
+    if (shape == SHD_SPHERE) return shd_length(p) - r; /* there may be many */
     const double out = hypot(p.x, p.z);
-    switch (faceted ? SHD_MESH : object->shape) {
+    switch (shape) {
     case SHD_PLANE:
         return fabs(p.y);
     case SHD_DISC:

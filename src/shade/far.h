@@ -74,6 +74,10 @@ typedef struct shd_far_kernel {
     /* Looks at lights by their places in bunches->lights: out[count]. Adds what they send. */
     void (*look)(const shd_bunches *bunches, const shd_far_patch *patch, const uint32_t *places,
                  size_t count, shd_far_look *out, shd_far_sums *sums);
+    /* The same of bunches, by ascending indices in bunches->list: wherever their lights are, as if
+     * each light were as strong as its share of theirs. Adds nothing to sums. */
+    void (*look_at_bunches)(const shd_bunches *bunches, const shd_far_patch *patch,
+                            const uint32_t *indices, size_t count, shd_far_look *out);
     /* Adds them. */
     void (*add)(const shd_bunches *bunches, const uint32_t *places, size_t count, shd_far *to);
     /* Adds the sum of N.E Il to the points' rows, those of points32 in the plan's frame. Sums below

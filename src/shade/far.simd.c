@@ -41,24 +41,29 @@ SHD_INLINE shd_vd where(shd_vd x, shd_vd y, shd_vd a, shd_vd b) {
 
 typedef struct rows {
     lanes x, y, z, a, b, c, gain, least, color[3];
+    lanes radius; /* of where its light may be; 0: it is one light */
 } rows;
 
-static void load_rows(const shd_bunches *from, const uint32_t *which, size_t some, rows *r) {
+/* `radii`: NULL, or of bunches, whose rows these are. */
+static void load_rows(const shd_bunches *bunches, double *const *from, const double *radii,
+                      const uint32_t *which, size_t some, rows *r) {
     double *const out[SHD_BUNCH_ROWS] = {r->x,        r->y,        r->z,       r->a,
                                          r->b,        r->c,        r->gain,    r->least,
                                          r->color[0], r->color[1], r->color[2]};
     uint32_t at[LANES];
     for (size_t i = 0; i < LANES; i++) at[i] = which[i < some ? i : some - 1];
-    const bool together = some == LANES && at[LANES - 1] - at[0] == LANES - 1; /* they ascend */
+    bool together = true;
+    EACH together &= at[i] == at[0] + (uint32_t)i;
     for (int k = 0; k < SHD_BUNCH_ROWS; k++) {
         /* All lights of a tree have the same a, b, c and least distance. */
-        if (from->roots == 1 && ((k > 2 && k < 6) || k == 7))
-            EACH out[k][i] = from->rows[k][0];
+        if (bunches->roots == 1 && ((k > 2 && k < 6) || k == 7))
+            EACH out[k][i] = from[k][0];
         else if (together)
-            memcpy(out[k], from->rows[k] + at[0], sizeof(lanes));
+            memcpy(out[k], from[k] + at[0], sizeof(lanes));
         else
-            EACH out[k][i] = from->rows[k][at[i]];
+            EACH out[k][i] = from[k][at[i]];
     }
+    EACH r->radius[i] = radii ? radii[at[i]] : 0;
 }
 
 /* Cosine and sine of a sum of angles: -1 and 0 if it is more than 180 degrees, or not known. */
@@ -165,7 +170,8 @@ static void look_at_lanes(const shd_far_patch *p, const rows *r, looks *out) {
         const shd_vd x = shd_vd_load(r->x + v) - p->center.x,
                      y = shd_vd_load(r->y + v) - p->center.y,
                      z = shd_vd_load(r->z + v) - p->center.z,
-                     d = shd_vd_sqrt(x * x + y * y + z * z), over = 1 / d, wide = p->radius * over;
+                     d = shd_vd_sqrt(x * x + y * y + z * z), over = 1 / d,
+                     radius = shd_vd_load(r->radius + v) + p->radius, wide = radius * over;
         shd_vd known = where(one, wide, one, zero); /* where the patch is not around the light */
         known = where(d, vd(NEAREST), known, zero);
         known = where(vd(FARTHEST), d, known, zero);
@@ -184,8 +190,8 @@ static void look_at_lanes(const shd_far_patch *p, const rows *r, looks *out) {
         const shd_vd a = shd_vd_load(r->a + v), b = shd_vd_load(r->b + v),
                      c = shd_vd_load(r->c + v), gain = shd_vd_load(r->gain + v),
                      bend = shd_vd_load(r->least + v);
-        const shd_vd nearest = greater_vd(d - p->radius, zero), near = greater_vd(nearest, bend),
-                     far = greater_vd(d + p->radius, bend);
+        const shd_vd nearest = greater_vd(d - radius, zero), near = greater_vd(nearest, bend),
+                     far = greater_vd(d + radius, bend);
         const shd_vd most = gain / (a + near * (b + near * c)),
                      least = gain / (a + far * (b + far * c)),
                      fall = lesser_vd(most, vd(SHD_LARGEST_FALL)) * (1 + MARGIN);
@@ -206,6 +212,29 @@ static void look_at_lanes(const shd_far_patch *p, const rows *r, looks *out) {
     }
 }
 
+static void store_looks(const looks *l, size_t some, shd_far_look *out) {
+    for (size_t i = 0; i < some; i++)
+        out[i] = (shd_far_look){.rest = l->rest[i],
+                                .behind = !(l->front[i] > 0),
+                                .told = l->told[i] > 0,
+                                .gleam = l->gleam[i],
+                                .certain = l->certain[i],
+                                .most = l->most[i]};
+}
+
+static void look_at_bunches(const shd_bunches *bunches, const shd_far_patch *patch,
+                            const uint32_t *which, size_t count, shd_far_look *out) {
+    for (size_t first = 0; first < count; first += LANES) {
+        const size_t some = count - first < LANES ? count - first : LANES;
+        rows r;
+        looks l;
+        load_rows(bunches, bunches->wholes, bunches->wholes[SHD_BUNCH_ROWS], which + first, some,
+                  &r);
+        look_at_lanes(patch, &r, &l);
+        store_looks(&l, some, out + first);
+    }
+}
+
 static void look_at_lights(const shd_bunches *bunches, const shd_far_patch *patch,
                            const uint32_t *which, size_t count, shd_far_look *out,
                            shd_far_sums *sums) {
@@ -214,7 +243,7 @@ static void look_at_lights(const shd_bunches *bunches, const shd_far_patch *patc
         const size_t some = count - first < LANES ? count - first : LANES;
         rows r;
         looks l;
-        load_rows(bunches, which + first, some, &r);
+        load_rows(bunches, bunches->rows, NULL, which + first, some, &r);
         for (size_t i = some; i < LANES; i++) r.color[0][i] = r.color[1][i] = r.color[2][i] = 0;
         look_at_lanes(patch, &r, &l);
         for (int v = 0; v < LANES; v += WIDE) {
@@ -227,13 +256,7 @@ static void look_at_lights(const shd_bunches *bunches, const shd_far_patch *patc
             }
             shd_vd_store(most + v, shd_vd_load(most + v) + shd_vd_load(l.most + v) * brightest);
         }
-        for (size_t i = 0; i < some; i++)
-            out[first + i] = (shd_far_look){.rest = l.rest[i],
-                                            .behind = !(l.front[i] > 0),
-                                            .told = l.told[i] > 0,
-                                            .gleam = l.gleam[i],
-                                            .certain = l.certain[i],
-                                            .most = l.most[i]};
+        store_looks(&l, some, out + first);
     }
     for (int c = 0; c < 3; c++) EACH sums->least[c] += least[c][i];
     EACH sums->most += most[i];
@@ -290,7 +313,7 @@ SHD_INLINE void add_terms(const shd_bunches *bunches, const uint32_t *which, siz
         const size_t some = count - first < LANES ? count - first : LANES;
         rows r;
         lanes d[SHD_FAR_TERMS];
-        load_rows(bunches, which + first, some, &r);
+        load_rows(bunches, bunches->rows, NULL, which + first, some, &r);
         derive_lanes(&r, to->center, degree, d);
         for (int c = 0; c < to->channels; c++) {
             for (size_t i = some; i < LANES; i++) r.color[c][i] = 0;
@@ -397,4 +420,5 @@ static void light_points(const shd_plan *plan, const shd_far *far, size_t count,
         light_by(plan, far, 3, count, position, low, normal, diffuse);
 }
 
-const shd_far_kernel SHD_VARIANT(shd_far_kernel) = {look_at_lights, add_lights, light_points};
+const shd_far_kernel SHD_VARIANT(shd_far_kernel) = {look_at_lights, look_at_bunches, add_lights,
+                                                    light_points};

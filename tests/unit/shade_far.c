@@ -273,6 +273,85 @@ static void kernels_agree_about_lights(void **state) {
     }
 }
 
+/* What is told of a bunch holds for all of its lights together, at points and normals of a patch.
+ */
+static void bunches_are_looked_at_for_all_their_lights(void **state) {
+    (void)state;
+    uint64_t random = 23;
+    size_t told = 0, behind = 0;
+    for (int round = 0; round < 120; round++) {
+        shd_arena *arena = shd_arena_new(1 << 20);
+        shd_plan_light lights[CROWD];
+        const shd_vec3 middle =
+            shd_scale(any_direction(&random), pow(10, uniform(&random, -1, 1.5)));
+        make_crowd(&random, 1 + round % (KINDS - 1), middle, lights);
+        const shd_plan plan = {.lights = lights, .light_count = CROWD, .scale = 1};
+        const shd_bunches *bunches;
+        assert_true(shd_bunches_new(&plan, arena, &bunches));
+        const shd_far_patch patch = {.axis = any_direction(&random),
+                                     .mirror = {0, 0, 1},
+                                     .radius = uniform(&random, 0, 0.5),
+                                     .spread = {cos(0.3), sin(0.3)},
+                                     .glitter = {-1, 0},
+                                     .diffuse = {1, 0.5, 0.2},
+                                     .degree = 3 + round % 2};
+        uint32_t all[CROWD];
+        shd_far_look looks[SHD_ISA_COUNT][CROWD];
+        assert_true(bunches->count <= CROWD);
+        for (uint32_t k = 0; k < bunches->count; k++) all[k] = bunches->count - 1 - k;
+        for (int isa = 0; isa < SHD_ISA_COUNT; isa++) {
+            shd_isa same;
+            if (!shd_isa_find(shd_isa_name((shd_isa)isa), &same)) continue;
+            shd_far_kernel_of((shd_isa)isa)
+                ->look_at_bunches(bunches, &patch, all, bunches->count, looks[isa]);
+            for (size_t k = 0; k < bunches->count; k++) {
+                const shd_far_look *a = &looks[isa][k], *b = &looks[SHD_PORTABLE][k];
+                assert_true(a->behind == b->behind && a->certain == b->certain &&
+                            a->rest == b->rest && a->told == b->told && a->most == b->most);
+            }
+        }
+        for (size_t k = 0; k < bunches->count; k++) {
+            const shd_far_look *l = &looks[SHD_PORTABLE][k];
+            const shd_bunch *bunch = &bunches->list[all[k]];
+            shd_far far = {.channels = 3, .degree = patch.degree};
+            if (l->told) shd_far_add_bunch(bunches, bunch, &far);
+            told += l->told;
+            behind += l->behind;
+            for (int i = 0; i < 8; i++) {
+                const shd_vec3 at = shd_scale(any_direction(&random), patch.radius * (1 - 1e-6));
+                shd_vec3 n = shd_madd(patch.axis, any_direction(&random), sin(0.299));
+                if (!shd_normalize(n, &n) || shd_dot(n, patch.axis) < cos(0.3)) continue;
+                const float p[] = {(float)at.x, (float)at.y, (float)at.z},
+                            up[] = {(float)n.x, (float)n.y, (float)n.z};
+                double shows = 0;
+                for (uint32_t j = bunch->first; j < bunch->end; j++) {
+                    const shd_plan_light *light = &lights[bunches->lights[j]];
+                    const shd_vec3 e =
+                        field_of(light, (shd_vec3){(double)p[0], (double)p[1], (double)p[2]});
+                    shows +=
+                        light->color[0] *
+                        fmax(shd_dot(e, (shd_vec3){(double)up[0], (double)up[1], (double)up[2]}),
+                             0);
+                }
+                assert_true(!l->behind || shows <= 0);
+                assert_true(l->behind || shows <= l->most * bunch->strength[0]);
+                assert_true(shows >= l->certain * bunch->strength[0]);
+                float out[3] = {0}, *rows[] = {out, out + 1, out + 2};
+                if (l->told)
+                    shd_far_kernel_of(SHD_PORTABLE)
+                        ->light(&plan, &far, 1, (const float *[]){p, p + 1, p + 2},
+                                (const float *[3]){NULL}, (const float *[]){up, up + 1, up + 2},
+                                rows);
+                const double off = fabs((double)out[0] - shows) - 0x1p-23 * shows;
+                if (!l->behind && !(off <= l->rest))
+                    fail_msg("round %d: %g off, %g told", round, off, l->rest);
+            }
+        }
+        shd_arena_drop(arena);
+    }
+    assert_true(told > 500 && behind > 200);
+}
+
 /* A polynomial about another center tells the same. */
 static void what_is_told_can_be_shifted(void **state) {
     (void)state;
@@ -330,6 +409,10 @@ static void extremes_are_numbers(void **state) {
         for (uint32_t j = 0; j < CROWD; j++) places[j] = j;
         shd_far_look looks[CROWD];
         shd_far_sums sums = {{0, 0, 0}, 0};
+        shd_far_kernel_of(SHD_PORTABLE)
+            ->look_at_bunches(bunches, &patch, places, bunches->count, looks);
+        for (size_t k = 0; k < bunches->count; k++)
+            assert_true(looks[k].rest >= 0 && looks[k].certain >= 0 && looks[k].most >= 0);
         shd_far_kernel_of(SHD_PORTABLE)->look(bunches, &patch, places, CROWD, looks, &sums);
         for (int j = 0; j < CROWD; j++) {
             const shd_plan_light *light = &lights[bunches->lights[j]];
@@ -361,6 +444,7 @@ int main(void) {
         cmocka_unit_test(lights_add_up_by_their_colors),
         cmocka_unit_test(bunches_are_their_lights_together),
         cmocka_unit_test(kernels_agree_about_lights),
+        cmocka_unit_test(bunches_are_looked_at_for_all_their_lights),
         cmocka_unit_test(what_is_told_can_be_shifted),
         cmocka_unit_test(extremes_are_numbers),
         cmocka_unit_test(near_lights_are_refused),

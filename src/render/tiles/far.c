@@ -9,10 +9,11 @@
 
 /* Of the room: of bunches, of all lights of a patch that has parts, of those of others, and of all
  * with what highlights of dull lights add. The rest is for lights that are dropped. */
-static const double BUNCH_SHARE = 0.4, FAR_SHARE[SHD_AFAR_LEVELS] = {0.15, 0.35, 0.85},
+static const double BUNCH_SHARE = 0.15, FAR_SHARE[SHD_AFAR_LEVELS] = {0.15, 0.35, 0.85},
                     SHARE = 0.95;
 
 enum {
+    BUNCHES = 1000,   /* that the room of bunches is meant for */
     BUNCH_PAYS = 160, /* points times lights that cost as much as a bunch of lights */
     ALONE_PAYS = 250  /* points that cost as much as looking at a light that is in no bunch */
 };
@@ -25,8 +26,7 @@ typedef struct seeker {
     shd_piece piece;
     double radius; /* the patch's */
     size_t points;
-    shd_plan_light falls[SHD_FALLS]; /* as in the bunches, at places that are looked at */
-    double rate;           /* the most that may be left out of a light, as a share of it */
+    double limit;          /* the most that a bunch may leave out */
     const shd_afar *whole; /* or NULL */
     bool parts;            /* parts of the patch are looked at later */
     shd_afar_scratch *scratch;
@@ -40,12 +40,11 @@ typedef struct seeker {
     shd_far_sums taken, all; /* of lights that are taken, and of all */
 } seeker;
 
-/* What a light does at the patch, or all lights in a ball around its place. */
+/* What a light in no bunch does at the patch. */
 typedef struct look {
     bool behind; /* exactly nothing */
     shd_far_sums sums;
-    double rest;  /* as in shd_far_look */
-    double shown; /* what its light adds to the color, about, weighed as that is */
+    double rest; /* as in shd_far_look */
     bool told;
 } look;
 
@@ -64,31 +63,27 @@ static bool is_plain(const shd_plan_light *light, const shd_lit *lit) {
 }
 
 /* The most that is left out of N.E. */
-static double rest_of(const seeker *s, const shd_plan_light *light, double radius) {
+static double rest_of(const seeker *s, const shd_plan_light *light) {
     static const double NEAREST = 1e-30, FARTHEST = 1e30;
     if (light->directional)
         return shd_far_rest(light, 1, s->radius, s->out->far.degree) * (1 + SHD_PIECE_MARGIN);
     const double distance = shd_plan_length(shd_sub(light->position, s->patch->center));
     if (!(distance > NEAREST && distance < FARTHEST)) return INFINITY;
-    return shd_far_rest(light, distance, s->radius + radius, s->out->far.degree) *
+    return shd_far_rest(light, distance, s->radius, s->out->far.degree) *
            shd_attenuation(light, distance) * (1 + SHD_PIECE_MARGIN);
 }
 
-/* `light` stands for all lights within `radius` of it, whose colors are `strength` together, over
- * its own gain. */
-static look look_at(seeker *s, const shd_plan_light *light, double radius,
-                    const double strength[3]) {
+static look look_at(seeker *s, const shd_plan_light *light) {
     static const double CLEAR = 1e-4;
     const shd_far_patch *p = &s->lanes;
     look l = {.rest = 0};
     shd_lit lit;
-    s->piece.radius = s->radius + radius;
     l.behind = !shd_piece_lit(s->plan->scene, &s->piece, light, 0, &lit);
     if (l.behind) return l;
     const double certain = lit.factor_low * lit.facing_low,
                  whole = lit.factor_high * lit.facing_high;
     const bool clear = lit.facing_low > CLEAR && is_plain(light, &lit);
-    double off = clear ? rest_of(s, light, radius) : INFINITY;
+    double off = clear ? rest_of(s, light) : INFINITY;
     l.told = off < INFINITY && off <= whole;
     off = shd_smaller(off, whole);
     double lobes[3] = {0, 0, 0};
@@ -97,19 +92,12 @@ static look look_at(seeker *s, const shd_plan_light *light, double radius,
         for (int c = 0; c < 3; c++) lobes[c] += p->specular[k][c] * power;
     }
     for (int c = 0; c < 3; c++) {
-        const double color = fabs(strength[c]);
+        const double color = fabs(light->color[c]);
         l.sums.most = shd_larger(l.sums.most, color * whole);
-        l.sums.least[c] = clear ? strength[c] * certain : 0;
+        l.sums.least[c] = clear ? light->color[c] * certain : 0;
         l.rest = shd_larger(l.rest, color * (p->diffuse[c] * off + lobes[c]));
-        l.shown = shd_larger(l.shown, color * p->diffuse[c] * 0.5 * (certain + whole));
     }
     return l;
-}
-
-static look look_at_bunch(seeker *s, const shd_bunch *bunch) {
-    shd_plan_light *as = &s->falls[bunch->fall];
-    as->position = bunch->center;
-    return look_at(s, as, bunch->radius, bunch->strength);
 }
 
 /* What may be left out of each channel, weighed: see weakest.h. Sums are rounded to f32 once more
@@ -137,33 +125,112 @@ static void add_sums(const shd_far_sums *from, shd_far_sums *to) {
     for (int c = 0; c < 3; c++) to->least[c] += from->least[c];
 }
 
-static void visit_bunch(seeker *s, uint32_t index) {
+/* The cut through the trees. */
+typedef struct cutting {
+    size_t taken; /* in scratch->cut */
+    size_t count; /* in scratch->now, which are looked at next */
+} cutting;
+
+/* Lets parts of a bunch be looked at, or its lights. */
+static void divide_bunch(seeker *s, uint32_t index, uint32_t *to, size_t *count) {
     const shd_bunch *bunch = &s->bunches->list[index];
-    if (!bunch->parts) { /* its lights are looked at together */
-        for (uint32_t i = bunch->first; i < bunch->end; i++)
-            s->scratch->places[s->place_count++] = i;
+    if (bunch->parts) {
+        to[(*count)++] = bunch->parts;
+        to[(*count)++] = bunch->parts + 1;
         return;
     }
-    const look l = look_at_bunch(s, bunch);
-    if (l.behind) return;
-    if (s->points * (bunch->end - bunch->first) >= BUNCH_PAYS && l.rest <= s->rate * l.shown) {
-        add_sums(&l.sums, &s->all);
-        add_sums(&l.sums, &s->taken);
-        s->spent += l.rest;
-        if (l.told) s->scratch->taken[s->taken_bunches++] = index;
-        return;
-    }
-    visit_bunch(s, bunch->parts);
-    visit_bunch(s, bunch->parts + 1);
+    for (uint32_t i = bunch->first; i < bunch->end; i++)
+        s->scratch->bits[i / 64] |= UINT64_C(1) << i % 64;
 }
 
-/* Takes bunches of which all leave no more of themselves out than a share, and finds what is left
- * to be looked at. */
+static shd_afar_bunch judge_bunch(const seeker *s, uint32_t index, const shd_far_look *from) {
+    const shd_bunch *bunch = &s->bunches->list[index];
+    shd_afar_bunch b = {.index = index, .told = from->told, .rest = from->rest};
+    double brightest = 0;
+    for (int c = 0; c < 3; c++) {
+        const double color = bunch->strength[c];
+        b.sums.least[c] = color * from->certain;
+        brightest = shd_larger(brightest, color);
+    }
+    b.sums.most = brightest * from->most;
+    return b;
+}
+
+/* Looks at what is listed, and at parts of it, down to what may be taken, or is behind. */
+static void cut_bunches(seeker *s, cutting *c) {
+    shd_afar_scratch *scratch = s->scratch;
+    const shd_far_kernel *kernel = shd_far_kernel_of(s->plan->isa);
+    while (c->count) {
+        size_t next = 0;
+        kernel->look_at_bunches(s->bunches, &s->lanes, scratch->now, c->count, scratch->looks);
+        for (size_t i = 0; i < c->count; i++) {
+            const uint32_t index = scratch->now[i];
+            const shd_bunch *bunch = &s->bunches->list[index];
+            if (scratch->looks[i].behind) continue;
+            const shd_afar_bunch b = judge_bunch(s, index, &scratch->looks[i]);
+            if (s->points * (bunch->end - bunch->first) >= BUNCH_PAYS && b.rest <= s->limit)
+                scratch->cut[c->taken++] = b;
+            else
+                divide_bunch(s, index, scratch->next, &next);
+        }
+        uint32_t *const now = scratch->now;
+        scratch->now = scratch->next;
+        scratch->next = now;
+        c->count = next;
+    }
+}
+
+/* Divides what is taken and leaves more of itself out than is let now. */
+static void sift_bunches(seeker *s, cutting *c) {
+    size_t kept = 0;
+    for (size_t i = 0; i < c->taken; i++) {
+        const shd_afar_bunch b = s->scratch->cut[i];
+        if (b.rest <= s->limit)
+            s->scratch->cut[kept++] = b;
+        else
+            divide_bunch(s, b.index, s->scratch->now, &c->count);
+    }
+    c->taken = kept;
+}
+
+static void list_places(seeker *s) {
+    s->place_count = 0;
+    for (uint32_t w = 0; w < (s->bunches->light_count + 63) / 64; w++)
+        for (uint64_t left = s->scratch->bits[w]; left; left &= left - 1)
+            s->scratch->places[s->place_count++] = 64 * w + (uint32_t)__builtin_ctzll(left);
+}
+
+/* Takes bunches of which all leave no more of themselves out than a share, the largest one that
+ * the room has for them, and finds what is left to be looked at. */
 static void visit_bunches(seeker *s) {
+    enum { TRIES = 8 };
+    const shd_far_sums none = {{0, 0, 0}, 0};
+    cutting c = {.taken = 0};
     s->place_count = s->taken_bunches = 0;
     s->spent = 0;
-    s->taken = s->all = s->whole ? s->whole->sums : (shd_far_sums){{0, 0, 0}, 0};
-    for (size_t r = 0; r < s->bunches->roots && !s->whole; r++) visit_bunch(s, (uint32_t)r);
+    s->taken = s->all = s->whole ? s->whole->sums : none;
+    if (s->whole) return;
+    s->limit = BUNCH_SHARE * room_of(s, &s->taken) / BUNCHES;
+    memset(s->scratch->bits, 0, (s->plan->light_count + 63) / 64 * sizeof *s->scratch->bits);
+    for (; c.count < s->bunches->roots; c.count++) s->scratch->now[c.count] = (uint32_t)c.count;
+    for (int t = 0;; t++) {
+        cut_bunches(s, &c);
+        s->taken = none;
+        s->spent = 0;
+        for (size_t i = 0; i < c.taken; i++) {
+            add_sums(&s->scratch->cut[i].sums, &s->taken);
+            s->spent += s->scratch->cut[i].rest;
+        }
+        const double most = BUNCH_SHARE * room_of(s, &s->taken);
+        if (s->spent <= most) break;
+        s->limit *= t + 2 < TRIES && most > 0 ? shd_smaller(0.7, 0.9 * most / s->spent) : 0;
+        sift_bunches(s, &c);
+    }
+    s->all = s->taken;
+    list_places(s);
+    for (size_t i = 0; i < c.taken; i++)
+        if (s->scratch->cut[i].told)
+            s->scratch->taken[s->taken_bunches++] = s->scratch->cut[i].index;
 }
 
 /* Lights of steps below `full` are taken, and as many of that one as `left` lets. */
@@ -237,7 +304,7 @@ static void visit_alone(seeker *s, double share) {
     for (size_t i = 0; i < count; i++) {
         const shd_plan_light *light = &s->plan->lights[lights[i]];
         look l = {.rest = INFINITY};
-        if (s->points >= ALONE_PAYS) l = look_at(s, light, 0, light->color);
+        if (s->points >= ALONE_PAYS) l = look_at(s, light);
         if (l.behind) continue;
         if (s->before + s->spent + l.rest <= share * s->out->room) {
             add_sums(&l.sums, &s->taken);
@@ -310,8 +377,6 @@ static void weigh_channels(const seeker *s, double weight[3]) {
 void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, const shd_patch *patch,
                    size_t points, int level, const shd_afar *whole, shd_afar_scratch *scratch,
                    shd_afar *out) {
-    enum { TRIES = 4 };
-    static const double FIRST = 0.02; /* the share that is tried if none is known */
     const shd_bunches *bunches = plan->bunches;
     seeker s = {.plan = plan,
                 .bunches = bunches,
@@ -320,12 +385,10 @@ void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, cons
                 .piece = shd_piece_of(plan->scene, patch),
                 .radius = patch->radius,
                 .points = points,
-                .rate = plan->drop_relative > 0 ? 2 * plan->drop_relative : FIRST,
                 .whole = whole,
                 .parts = level + 1 < SHD_AFAR_LEVELS,
                 .scratch = scratch,
                 .out = out};
-    memcpy(s.falls, bunches->falls, sizeof s.falls);
     out->far = (shd_far){
         .center = patch->center, .channels = plan->grey_lights ? 1 : 3, .degree = level ? 3 : 4};
     if (whole)
@@ -334,12 +397,7 @@ void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, cons
         weigh_channels(&s, out->weight);
     s.lanes = lanes_of(&s);
     s.before = whole ? whole->spent : 0;
-    for (int t = 0; t < TRIES; t++) {
-        visit_bunches(&s);
-        const double most = BUNCH_SHARE * room_of(&s, &s.all);
-        if (s.spent <= most) break;
-        s.rate *= t + 2 < TRIES && most > 0 ? 0.8 * most / s.spent : 0;
-    }
+    visit_bunches(&s);
     visit_lights(&s, FAR_SHARE[level]);
     visit_alone(&s, FAR_SHARE[level]);
     if (!s.parts) part_dull(&s);
@@ -397,6 +455,9 @@ void shd_afar_lay_out(const shd_plan *plan, size_t points, shd_scratch *memory,
     out->places = shd_scratch_take(memory, lights, sizeof *out->places);
     out->taken = shd_scratch_take(memory, lights, sizeof *out->taken);
     out->gleam = shd_scratch_take(memory, lights, sizeof *out->gleam);
+    out->cut = shd_scratch_take(memory, plan->bunches->count, sizeof *out->cut);
+    out->now = shd_scratch_take(memory, plan->bunches->count, sizeof *out->now);
+    out->next = shd_scratch_take(memory, plan->bunches->count, sizeof *out->next);
     out->dull = shd_scratch_take(memory, lights, sizeof *out->dull);
     out->steps = shd_scratch_take(memory, lights, sizeof *out->steps);
     out->looks = shd_scratch_take(memory, lights, sizeof *out->looks);

@@ -20,11 +20,21 @@ typedef struct shd_afar {
     size_t open_count, dull_count, alone_count;
 } shd_afar;
 
+/* A bunch that is lit as one, or left out. */
+typedef struct shd_afar_bunch {
+    uint32_t index; /* in bunches->list */
+    bool told;
+    double rest; /* as in shd_far_look */
+    shd_far_sums sums;
+} shd_afar_bunch;
+
 /* One thread's working memory for patches, and for parts of them. */
 typedef struct shd_afar_scratch {
     shd_afar levels[SHD_AFAR_LEVELS];
-    uint32_t *places; /* [light_count] */
-    uint32_t *taken;  /* [light_count]: bunches, or places */
+    uint32_t *places;     /* [light_count] */
+    shd_afar_bunch *cut;  /* [bunches->count]: those that are taken */
+    uint32_t *now, *next; /* [bunches->count]: to be looked at */
+    uint32_t *taken;      /* [light_count]: bunches, or places */
     shd_far_look *looks;
     uint8_t *steps; /* [light_count] */
     double *gleam;  /* [light_count]: of lights that stay open */
