@@ -14,9 +14,22 @@ bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t blo
 /* A quarter of a block, from left to right and down, from 0 on, or all of it. */
 enum { SHD_QUARTERS = 4, SHD_WHOLE = 4 };
 
-/* The same of complex places around the block's part. */
+/* The same of complex places around the block's part. Others may be behind what the rays hit. */
 bool shd_sight_expand(const shd_sight *sight, const shd_survey *survey, size_t block, int part,
                       shd_analytic *out);
+
+/* What may be seen through a part of a block, and the depth, along the camera's axis, before which
+ * no ray through it meets that. */
+typedef struct shd_seen {
+    uint32_t object;
+    double nearest;
+} shd_seen;
+
+enum { SHD_SEEN_MOST = 4, SHD_SEEN_MANY };
+
+/* Lists these. Returns how many there are, or SHD_SEEN_MANY. */
+size_t shd_sight_seen(const shd_sight *sight, const shd_survey *survey, size_t block, int part,
+                      shd_seen out[SHD_SEEN_MOST]);
 
 /* The object that alone may be seen through a block, and the block's middle in the picture. */
 typedef struct shd_middle {
@@ -27,9 +40,6 @@ typedef struct shd_middle {
 /* NULL: others may be seen, or it is neither a ball nor a plane. */
 const struct shd_item *shd_sight_only(const shd_sight *sight, const shd_survey *survey,
                                       size_t block, shd_middle *out);
-
-/* Whether nothing is seen through a part of a block through which one object may be. */
-bool shd_sight_is_empty(const shd_sight *sight, const shd_survey *survey, size_t block, int part);
 
 /* Of the pattern of so many samples a pixel. */
 shd_pattern_spread shd_spread_of(int samples);

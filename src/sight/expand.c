@@ -66,26 +66,55 @@ static bool meet_plane(const shd_sight *sight, const shd_item *it, const beam *b
     return true;
 }
 
-bool shd_sight_expand(const shd_sight *sight, const shd_survey *survey, size_t block, int part,
-                      shd_analytic *out) {
+/* The middle of a part of a block. */
+static shd_middle middle_of(const shd_survey *survey, size_t block, int part) {
+    static const double HALF = 0.5 * SHD_BLOCK_SIDE;
+    const size_t across = (size_t)survey->across;
+    const double aside = part == SHD_WHOLE ? 0 : HALF / 2;
+    shd_middle out = {.x = survey->rect.x + (double)(block % across) * SHD_BLOCK_SIDE + HALF,
+                      .y = survey->rect.y + (double)(block / across) * SHD_BLOCK_SIDE + HALF};
+    out.x += part & 1 ? aside : -aside;
+    out.y += part & 2 ? aside : -aside;
+    return out;
+}
+
+/* Tells of an object, if all rays hit it before the depth `beyond`. */
+static bool expand_object(const shd_sight *sight, uint32_t object, const shd_middle *middle,
+                          double side, double beyond, shd_analytic *out) {
     static const double ROOT2 = 1.4142135624;
-    shd_middle middle;
-    const shd_item *it = shd_sight_only(sight, survey, block, &middle);
-    if (!it) return false;
-    const double side = part == SHD_WHOLE ? SHD_BLOCK_SIDE : SHD_BLOCK_SIDE / 2,
-                 aside = SHD_BLOCK_SIDE / 4;
-    if (part != SHD_WHOLE) {
-        middle.x += part & 1 ? aside : -aside;
-        middle.y += part & 2 ? aside : -aside;
-    }
-    const beam b = beam_of(&sight->lens, &middle);
-    out->object = middle.object;
+    const shd_item *it = &sight->items[object];
+    if (!it->ball && it->shape != SHD_PLANE) return false;
+    const shd_camera *camera = sight->lens.camera;
+    const beam b = beam_of(&sight->lens, middle);
+    out->object = object;
     out->view = shd_scale(b.way, -1);
     out->centers = (side - 1) / 2 * ROOT2;
     shd_strike *m = &out->strike;
     if (!(it->ball ? meet_ball(it, &b, m, out) : meet_plane(sight, it, &b, m, out))) return false;
+    const shd_vec3 from = shd_sub(out->point, camera->position);
+    const double depth = -shd_dot(from, camera->back) + SLACK * shd_length(from);
+    if (!(depth < beyond)) return false;
     m->orthographic = b.orthographic;
     m->pace = b.pace;
     return shd_move(m, side / 2 * ROOT2, &out->near) &&
+           depth + out->near.point < beyond * (1 - SLACK) &&
            shd_move(m, out->centers + SHD_BESIDE, &out->around);
+}
+
+bool shd_sight_expand(const shd_sight *sight, const shd_survey *survey, size_t block, int part,
+                      shd_analytic *out) {
+    const shd_block *at = &survey->blocks[block];
+    const double side = part == SHD_WHOLE ? SHD_BLOCK_SIDE : SHD_BLOCK_SIDE / 2;
+    const shd_middle middle = middle_of(survey, block, part);
+    if (at->count == 1 && at->next >= survey->candidate_count)
+        return expand_object(sight, survey->candidates[at->first], &middle, side, INFINITY, out);
+    shd_seen seen[SHD_SEEN_MOST];
+    const size_t count = shd_sight_seen(sight, survey, block, part, seen);
+    for (size_t i = 0; count != SHD_SEEN_MANY && i < count; i++) {
+        double beyond = INFINITY;
+        for (size_t k = 0; k < count; k++)
+            if (k != i) beyond = shd_smaller(beyond, seen[k].nearest);
+        if (expand_object(sight, seen[i].object, &middle, side, beyond, out)) return true;
+    }
+    return false;
 }

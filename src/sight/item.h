@@ -45,6 +45,7 @@ typedef struct shd_item {
     bool ball;       /* a similar sphere; its maps do not turn, for that shows nothing */
     bool far;        /* the eye is so far away that a ball's rays have to be moved twice */
     bool smooth;     /* the mesh's normals are interpolated at each sample */
+    uint32_t rank;   /* its place in the sight's order */
     double size;     /* that scale, if it is similar */
     double nearest;  /* no ray meets the object at a smaller depth, along the camera's axis */
     shd_frame frame; /* no ray meets it that passes beside this */

@@ -285,6 +285,7 @@ bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
     if (count) sort_places(places, (place *)(void *)frames, count); /* they are set below */
     for (size_t k = 0; k < count; k++) {
         const uint32_t object = sight->order[k] = places[k].object;
+        sight->items[object].rank = (uint32_t)k;
         sight->outlines[k] = seen[object].outline;
         set_frame(&sight->lens, &seen[object], &sight->frames, k);
         sight->items[object].frame = (shd_frame){sight->frames.left[k], sight->frames.right[k],

@@ -49,7 +49,6 @@ typedef struct shd_survey {
     uint32_t *candidates;       /* indices of objects, nearer ones roughly first; see below */
     size_t candidate_count; /* of the whole rectangle: the first ones of `candidates`, as places in
                              * the sight's order of objects, unless it is only one */
-    uint32_t only;          /* if it is one, its place in that order */
     bool even;              /* rays cost the same in any order, because there is only one ball */
     size_t capacity;        /* in blocks */
 } shd_survey;

@@ -145,16 +145,40 @@ static bool may_see_rank(const shd_sight *sight, uint32_t rank, const window *w)
            (!o->tube || may_meet_tube(sight, &sight->items[sight->order[rank]], w));
 }
 
-bool shd_sight_is_empty(const shd_sight *sight, const shd_survey *s, size_t block, int part) {
+/* No ray through the window meets the item at a smaller depth. A plane is met where its height
+ * above or below the eye is used up, of which each step of depth takes -(a p + b q + c). */
+static double nearest_through(const shd_sight *sight, const shd_item *it, const window *w) {
+    const shd_vec3 v = sight->outlines[it->rank].center;
+    const double height = fabs(it->eye.y);
+    if (it->shape != SHD_PLANE || sight->lens.camera->projection != SHD_PERSPECTIVE ||
+        !(height > 1e-6 * shd_length(it->eye)))
+        return it->nearest;
+    const double steepest =
+        fabs(v.x) * w->across + fabs(v.y) * w->down - v.x * w->p - v.y * w->q - v.z;
+    return steepest > 0 ? height / steepest : (double)INFINITY;
+}
+
+size_t shd_sight_seen(const shd_sight *sight, const shd_survey *s, size_t block, int part,
+                      shd_seen out[SHD_SEEN_MOST]) {
     enum { SIDE = SHD_BLOCK_SIDE / 2 };
-    const size_t object = s->candidates[s->blocks[block].first], across = (size_t)s->across;
-    const window w = make_window(
-        &sight->lens, s->rect.x + (int)(block % across) * SHD_BLOCK_SIDE + (part & 1) * SIDE,
-        s->rect.y + (int)(block / across) * SHD_BLOCK_SIDE + (part >> 1) * SIDE, SIDE, SIDE);
-    uint32_t rank = s->only;
-    for (size_t k = 0; s->candidate_count > 1; k++)
-        if (sight->order[rank = s->candidates[k]] == object) break;
-    return !may_see_rank(sight, rank, &w);
+    const shd_block *at = &s->blocks[block];
+    const size_t across = (size_t)s->across;
+    if (at->next < s->candidate_count || at->count > SHD_SEEN_MOST) return SHD_SEEN_MANY;
+    const window w =
+        part == SHD_WHOLE
+            ? s->windows[block]
+            : make_window(&sight->lens,
+                          s->rect.x + (int)(block % across) * SHD_BLOCK_SIDE + (part & 1) * SIDE,
+                          s->rect.y + (int)(block / across) * SHD_BLOCK_SIDE + (part >> 1) * SIDE,
+                          SIDE, SIDE);
+    size_t count = 0;
+    for (size_t k = 0; k < at->count; k++) {
+        const uint32_t object = s->candidates[at->first + k];
+        const shd_item *it = &sight->items[object];
+        if (part == SHD_WHOLE || may_see_rank(sight, it->rank, &w))
+            out[count++] = (shd_seen){object, nearest_through(sight, it, &w)};
+    }
+    return count;
 }
 
 void shd_survey_further(const shd_sight *sight, shd_survey *s, size_t index) {
@@ -228,7 +252,6 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
     }
     list_first(sight, out);
     if (count != 1) return;
-    out->only = out->candidates[0];
     out->candidates[0] = sight->order[out->candidates[0]];
     out->even = sight->items[out->candidates[0]].ball;
 }

@@ -96,7 +96,7 @@ typedef struct block_kinds {
     bool drawn[SHD_BLOCKS], center[SHD_BLOCKS];
     bool ruled[SHD_BLOCKS], whole[SHD_BLOCKS]; /* all of the quarters take the same, at once */
     uint8_t takes[SHD_BLOCKS][SHD_QUARTERS];
-    uint32_t object[SHD_BLOCKS];
+    uint32_t object[SHD_BLOCKS][SHD_QUARTERS]; /* of what takes rules */
 } block_kinds;
 
 /* Samples that a part's pixels take by the first of the rules `fit`, all together. */
@@ -111,23 +111,33 @@ static uint8_t taken(unsigned fit) {
     return fit ? (uint8_t)(__builtin_ctz(fit) + 1) : TAKE_ALL;
 }
 
+/* The rules that a part of a block may take, and of which object. */
+static unsigned find_fits(const shd_scenery *scenery, size_t block, int part,
+                          const shd_tile_scratch *s, uint32_t *object) {
+    const shd_plan *plan = scenery->plan;
+    shd_analytic a;
+    if (!shd_sight_expand(scenery->sight, &s->survey, block, part, &a) ||
+        plan->materials[plan->objects[a.object].material].textures)
+        return 0;
+    *object = (uint32_t)a.object;
+    return shd_find_rules(plan, &a, s->rules, s->rule_count, 1);
+}
+
 /* Finds which rules each quarter of a block may take: one that all of them may take, or for each
  * its own, whichever is cheaper. */
 static bool find_parts(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s,
                        block_kinds *out) {
     enum { SIDE = SHD_BLOCK_SIDE / 2 };
-    const shd_plan *plan = scenery->plan;
-    const size_t samples = (size_t)plan->scene->raster.samples;
+    const size_t samples = (size_t)scenery->plan->scene->raster.samples;
+    uint32_t *object = out->object[block];
     unsigned fits[SHD_QUARTERS], all = ~0u;
     size_t price = 0;
     bool some = false;
     for (int part = 0; part < SHD_QUARTERS; part++) {
-        shd_analytic a;
-        const bool empty = shd_sight_is_empty(scenery->sight, &s->survey, block, part);
-        fits[part] = 0;
-        if (!empty && shd_sight_expand(scenery->sight, &s->survey, block, part, &a))
-            fits[part] = shd_find_rules(plan, &a, s->rules, s->rule_count, 1);
-        all &= empty ? 0 : fits[part];
+        shd_seen seen[SHD_SEEN_MOST];
+        const bool empty = !shd_sight_seen(scenery->sight, &s->survey, block, part, seen);
+        fits[part] = empty ? 0 : find_fits(scenery, block, part, s, &object[part]);
+        all &= object[part] == object[0] ? fits[part] : 0;
         price += empty ? 0 : price_of(s, fits[part], SIDE, samples);
         out->takes[block][part] = empty ? TAKE_NONE : taken(fits[part]);
         some |= empty || fits[part];
@@ -141,17 +151,10 @@ static bool find_parts(const shd_scenery *scenery, size_t block, const shd_tile_
 /* Whether a block's pixels, or some of them, may take rules. */
 static bool find_rules(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s,
                        block_kinds *out) {
-    const shd_plan *plan = scenery->plan;
-    shd_analytic a;
-    shd_middle middle;
-    if (!shd_sight_only(scenery->sight, &s->survey, block, &middle) ||
-        plan->materials[plan->objects[middle.object].material].textures)
-        return false;
-    out->object[block] = (uint32_t)middle.object;
-    const unsigned fit = shd_sight_expand(scenery->sight, &s->survey, block, SHD_WHOLE, &a)
-                             ? shd_find_rules(plan, &a, s->rules, s->rule_count, 1)
-                             : 0;
-    if (!fit && plan->scene->raster.samples >= SHD_FINE) return find_parts(scenery, block, s, out);
+    if (s->survey.blocks[block].count > SHD_SEEN_MOST) return false;
+    const unsigned fit = find_fits(scenery, block, SHD_WHOLE, s, out->object[block]);
+    if (!fit && scenery->plan->scene->raster.samples >= SHD_FINE)
+        return find_parts(scenery, block, s, out);
     if (!fit) return false;
     memset(out->takes[block], taken(fit), SHD_QUARTERS);
     out->whole[block] = true;
@@ -183,7 +186,7 @@ static void add_takers(shd_tile tile, size_t block, const block_kinds *kinds, ui
         shd_bundle *b = add_part(tile, block, part, samples, s);
         if (!b) continue;
         b->rule = take;
-        b->object = kinds->object[block];
+        b->object = kinds->object[block][part % SHD_QUARTERS];
     }
 }
 
