@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from e2e.daemon import Daemon
+
 SHADE = Path(os.environ["SHADED_BUILD"]) / "shade"
 SCENE = {"image": {"width": 72, "height": 54, "samples": 4}, "background": [0.02, 0.03, 0.05],
          "lights": [{"position": [3, 3, 3, 1]}, {"type": "directional", "direction": [1, -1, -2], "intensity": 0.4}],
@@ -19,6 +21,11 @@ PIXELS = 72 * 54
 
 
 class VerifyTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.daemon = Daemon()
+        cls.addClassCleanup(cls.daemon.stop)
+
     def setUp(self):
         self.folder = Path(self.enterContext(tempfile.TemporaryDirectory()))
 
@@ -31,9 +38,12 @@ class VerifyTest(unittest.TestCase):
         return path
 
     def render(self, scene, suffix):
+        """By one daemon, which need not load OpenImageIO for each."""
         path, picture = self.write(scene), self.folder / f"picture.{suffix}"
-        done = self.shade("render", path, "-o", picture)
-        self.assertEqual(done.returncode, 0, done.stderr)
+        output = {**scene.get("output", {}), "format": {"tif": "tiff", "jpg": "jpeg"}.get(suffix, suffix)}
+        answer = self.daemon.render({**scene, "output": output})
+        self.assertEqual(answer.status, 200, answer.body[:1000])
+        picture.write_bytes(answer.body)
         return picture, path
 
     def verify(self, picture, scene, *words, status=0):
