@@ -97,37 +97,43 @@ static size_t count_blocks(const blocks *b) {
     return (size_t)((b->bottom - b->top) / rows_of(b) + 1);
 }
 
-/* A block is its first row, its length, and so many bytes. NULL: it is none of the `index`th. */
-static const unsigned char *find_block(const blocks *b, size_t index, size_t *length) {
+typedef enum place { IN_PLACE, ELSEWHERE, BEYOND } place;
+
+/* A block is its first row, its length, and so many bytes, which is where *block is. */
+static place find_block(const blocks *b, size_t index, const unsigned char **block,
+                        size_t *length) {
     const uint64_t at = get_u64(b->data + b->table + 8 * index);
-    if (at > b->size || b->size - at < 8) return NULL;
-    const unsigned char *block = b->data + at;
-    *length = get_u32(block + 4);
+    if (at > b->size || b->size - at < 8) return BEYOND;
+    *block = b->data + at + 8;
+    *length = get_u32(b->data + at + 4);
     const int64_t row = b->top + (int64_t)index * rows_of(b);
-    return (int32_t)get_u32(block) == row && *length <= b->size - at - 8 ? block + 8 : NULL;
+    if ((int32_t)get_u32(b->data + at) != row) return ELSEWHERE;
+    return *length <= b->size - at - 8 ? IN_PLACE : BEYOND;
 }
 
-/* True: all are where they are to be; or OpenEXR is to look at them. */
-static bool are_in_place(const blocks *b, size_t count) {
-    bool gaps = false, strays = false;
+/* A table with gaps is in place: OpenEXR is to look at it. */
+static place find_all(const blocks *b, size_t count) {
+    place worst = IN_PLACE;
     for (size_t i = 0; i < count; i++) {
+        const unsigned char *block;
         size_t length;
-        gaps |= (int64_t)get_u64(b->data + b->table + 8 * i) <= 0;
-        strays |= !find_block(b, i, &length);
+        if ((int64_t)get_u64(b->data + b->table + 8 * i) <= 0) return IN_PLACE;
+        const place here = find_block(b, i, &block, &length);
+        if (here > worst) worst = here;
     }
-    return gaps || !strays;
+    return worst;
 }
 
 /* What did not become shorter is as it was. */
 static bool unpack_all(const blocks *b, size_t count, struct libdeflate_decompressor *unpacker,
                        void *room, uint64_t bytes) {
     for (size_t i = 0; i < count; i++) {
+        const unsigned char *block;
         size_t length, made;
-        const unsigned char *block = find_block(b, i, &length);
         const int64_t rows =
             i + 1 < count ? rows_of(b) : b->bottom - b->top + 1 - (int64_t)i * rows_of(b);
         const size_t whole = (size_t)(bytes * (uint64_t)rows);
-        if (block && length < whole &&
+        if (find_block(b, i, &block, &length) == IN_PLACE && length < whole &&
             libdeflate_zlib_decompress(unpacker, block, length, room, whole, &made) !=
                 LIBDEFLATE_SUCCESS)
             return false;
@@ -154,7 +160,9 @@ shd_status shd_decode_check_exr(const unsigned char *data, size_t size, shd_erro
     if (!read_head(&b)) return SHD_OK;
     const size_t count = count_blocks(&b);
     if (count > (size - b.table) / 8) return shd_decode_ends_early("EXR", error);
-    if (!are_in_place(&b, count))
+    const place all = find_all(&b, count);
+    if (all == BEYOND) return shd_decode_ends_early("EXR", error);
+    if (all == ELSEWHERE)
         return shd_fail(error, SHD_SCENE, "", "EXR: a block of rows is not where it is to be");
     return do_unpack(&b, count)
                ? SHD_OK

@@ -30,7 +30,7 @@ up to 31 MB more are told where the measuring program held that much when it sta
 {rows}
 
 - What ends early is told by the lengths in the file, before anything is decoded: chunks of PNG and their checksums, markers of
-  JPEG, strips and tiles of TIFF, rows of HDR; of WebP by its library, and of OpenEXR by its last row, which is read first.
+  JPEG, strips and tiles of TIFF, blocks of OpenEXR, rows of HDR; of WebP by its library.
 - What is spoilt within is found before it is decoded where zlib has packed it: OpenEXR's ZIP and ZIPS, TIFF's deflate. Each
   block is unpacked once and its sum looked at, which takes a twentieth of what decoding does, of good pictures, too. That a
   block of OpenEXR's is not where its rows are is found in the same way. PNG has sums, and HDR is walked through.
