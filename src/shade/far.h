@@ -74,8 +74,8 @@ typedef struct shd_far_kernel {
     /* Looks at lights by their places in bunches->lights: out[count]. Adds what they send. */
     void (*look)(const shd_bunches *bunches, const shd_far_patch *patch, const uint32_t *places,
                  size_t count, shd_far_look *out, shd_far_sums *sums);
-    /* The same of bunches, by ascending indices in bunches->list: wherever their lights are, as if
-     * each light were as strong as its share of theirs. Adds nothing to sums. */
+    /* The same of all lights of a bunch together, by indices in bunches->list. What is certain and
+     * most is to be multiplied with the bunch's strength. Adds nothing to sums. */
     void (*look_at_bunches)(const shd_bunches *bunches, const shd_far_patch *patch,
                             const uint32_t *indices, size_t count, shd_far_look *out);
     /* Adds them. */
