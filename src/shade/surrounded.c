@@ -40,9 +40,9 @@ static void sum_by_one(const void *context, const shd_ways *ways, double (*out)[
 }
 
 /* The point as it would be with one term alone, in the map's frame. Writes what each channel of the
- * working space makes of each channel of the term: out[map's][term's]. */
+ * working space makes of each channel of the term: out[map's][term's]. `share`: of quick walks. */
 static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
-                      const shd_plan_light *light, const shd_surface *at, size_t term,
+                      const shd_plan_light *light, const shd_surface *at, size_t term, double share,
                       double out[3][3]) {
     static shd_area_sum_function *const sums[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sum_ways);
     const shd_light *from = light->environment;
@@ -69,7 +69,7 @@ static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
     const shd_moments *moments = plan->moments ? plan->moments[light->around] : NULL;
     if (moments && plan->glows)
         shd_around_sum_quickly(
-            from->map, moments, &lobe, &f,
+            from->map, moments, &lobe, &f, share,
             SHD_QUICK_FLOOR * shd_around_most_of(from, &alone, term > 0, INFINITY), all);
     else
         shd_around_sum(from->map, moments, &lobe, &f, all);
@@ -94,10 +94,11 @@ void shd_weigh_environment_bins(const shd_plan *plan, const shd_lighting *kernel
     shd_surface here = *at;
     double lifted[3][SHD_BINS_MOST], by[3][3];
     lift_channels(plan->bins, lifted);
-    if (!m->indices) walk_term(plan, kernels, light, &here, 1 + k, by);
+    if (!m->indices) walk_term(plan, kernels, light, &here, 1 + k, SHD_QUICK_SHARE, by);
     for (size_t b = 0; b < bins && !shd_is_cancelled(plan->cancelled); b++) {
         here.index = m->indices ? &m->indices[b / 3] : NULL;
-        if (m->indices && b % 3 == 0) walk_term(plan, kernels, light, &here, 1 + k, by);
+        if (m->indices && b % 3 == 0)
+            walk_term(plan, kernels, light, &here, 1 + k, SHD_QUICK_SHARE, by);
         out[b] = 0;
         for (int from = 0; from < 3; from++) {
             double mirrored = by[from][b % 3];
@@ -109,6 +110,27 @@ void shd_weigh_environment_bins(const shd_plan *plan, const shd_lighting *kernel
     }
 }
 
+void shd_walk_environment(const shd_plan *plan, const shd_lighting *kernels,
+                          const shd_plan_light *light, const shd_surface *at, size_t term,
+                          double share, double row[3]) {
+    double all[3][3];
+    walk_term(plan, kernels, light, at, term, share, all);
+    for (size_t c = 0; c < 3; c++) row[c] = all[c][c];
+}
+
+/* False: nothing is known of the term at the point. */
+static bool recall_term(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
+                        size_t term, double row[3]) {
+    const shd_known *known = at->known;
+    for (size_t k = 0; known && k < known->count; k++) {
+        if (known->term[k] != term || &plan->lights[known->light[k]] != light) continue;
+        if (!(known->has[at->known_at] >> k & 1)) return false;
+        for (size_t c = 0; c < 3; c++) row[c] = known->rows[3 * k + c][at->known_at];
+        return true;
+    }
+    return false;
+}
+
 void shd_weigh_environment(const shd_plan *plan, const shd_lighting *kernels,
                            const shd_plan_light *light, const shd_surface *at,
                            double row[SHD_BRDF_ROWS]) {
@@ -116,12 +138,9 @@ void shd_weigh_environment(const shd_plan *plan, const shd_lighting *kernels,
     const bool by_bins = shd_is_by_bins(plan, light, m);
     memset(row, 0, (3 + 3 * m->lobe_count) * sizeof *row);
     for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
-        double all[3][3];
-        if (shd_is_symmetric(m->model, t)) {
+        if (shd_is_symmetric(m->model, t))
             weigh_symmetric(plan, light, at, t, row + 3 * t);
-        } else if (!by_bins) {
-            walk_term(plan, kernels, light, at, t, all);
-            for (size_t c = 0; c < 3; c++) row[3 * t + c] = all[c][c];
-        }
+        else if (!by_bins && !recall_term(plan, light, at, t, row + 3 * t))
+            shd_walk_environment(plan, kernels, light, at, t, SHD_QUICK_SHARE, row + 3 * t);
     }
 }
