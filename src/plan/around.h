@@ -36,6 +36,15 @@ static inline bool shd_may_be_walked(const shd_plan_material *m, size_t term) {
     return !shd_is_symmetric(m->model, term) || (term > 0 && m->pointwise);
 }
 
+/* How wide a lobe is, in radians: of half vectors, or of directions. */
+static inline double shd_around_width(shd_model model, double sharpness) {
+    const double of_power = 1 / sqrt(shd_larger(sharpness, 1));
+    const bool is_power = model == SHD_MODEL_PHONG || model == SHD_MODEL_PHONG_NORMALIZED;
+    if (model == SHD_MODEL_COOK_TORRANCE) return shd_smaller(sharpness * sqrt(0.5), 0.4);
+    if (model == SHD_MODEL_BLINN_PHONG) return shd_smaller(of_power, 0.4);
+    return is_power ? shd_smaller(of_power, 0.6) : 0.8;
+}
+
 /* The most that a weight of (L.W)+^exponent is, in any channel: 1 / pi times the integral. */
 static inline double shd_around_most(const shd_light *environment, double exponent) {
     return shd_around_gain(environment) * shd_surroundings_most(environment->map, exponent);

@@ -35,7 +35,7 @@ static double signed_distance(const shd_place *place, shd_vec3 p) {
     case SHD_TORUS:
         return hypot(out - r, p.y) - object->tube;
     case SHD_MESH: /* and facets: that to the box, within which nothing is known */
-    case SHD_SPHERE: /* not here */
+    case SHD_SPHERE: /* above */
     case SHD_SHAPE_COUNT:
         break;
     }

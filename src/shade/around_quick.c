@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "plan/tier.h"
+#include "plan/around.h"
 #include "shade/around_look.h"
 #include "shade/around_parts.h"
 #include "shade/gauss.h"
@@ -50,7 +50,7 @@ typedef struct quick {
     shd_looks_function *look;
     shd_ways32_function *sum32;
     shd_lobe_view view;
-    double loose;
+    double loose, share;
     int channels;    /* that nodes have: 3, or 1 of a grey map in f32 */
     double least[3]; /* what each channel's sum is, at least, in the scale of looks */
     double by[3];    /* 1 over what a block may be off by */
@@ -64,26 +64,16 @@ typedef struct quick {
 /* ---- Looks. ---- */
 
 static shd_lobe_view view_lobe(const shd_around_lobe *lobe) {
-    const double s = lobe->sharpness, n = shd_larger(s, 1);
-    shd_lobe_view v = {.lobe = lobe, .viewing = shd_larger(shd_dot(lobe->normal, lobe->view), 0)};
-    v.scale = 1 / SHD_PI;
-    switch (lobe->model) {
-    case SHD_MODEL_COOK_TORRANCE:
+    const double s = lobe->sharpness;
+    shd_lobe_view v = {.lobe = lobe,
+                       .viewing = shd_larger(shd_dot(lobe->normal, lobe->view), 0),
+                       .own = shd_around_width(lobe->model, s),
+                       .scale = 1 / SHD_PI};
+    if (lobe->model == SHD_MODEL_PHONG_NORMALIZED) v.scale = (s + 2) / (2 * SHD_PI);
+    if (lobe->model == SHD_MODEL_COOK_TORRANCE) {
         v.inverse = 1 / (s * s);
         v.peak = shd_larger(2 * s * s - 1, 0);
-        v.own = shd_smaller(s * sqrt(0.5), 0.4);
         v.scale = v.inverse / (4 * SHD_PI);
-        break;
-    case SHD_MODEL_BLINN_PHONG:
-        v.own = shd_smaller(1 / sqrt(n), 0.4);
-        break;
-    case SHD_MODEL_PHONG:
-    case SHD_MODEL_PHONG_NORMALIZED:
-        v.own = shd_smaller(1 / sqrt(n), 0.6);
-        if (lobe->model != SHD_MODEL_PHONG) v.scale = (s + 2) / (2 * SHD_PI);
-        break;
-    default:
-        v.own = 0.8;
     }
     return v;
 }
@@ -237,10 +227,9 @@ static inline double worth_of(const quick *q, double most, const float light[3])
 }
 
 /* What of the most on the block nodes may be off. */
-static double allowed_of(const glance *look, double worth, double kinks) {
+static double allowed_of(const quick *q, const glance *look, double worth, double kinks) {
     const double most = look->near * look->high, least = look->far * look->low;
-    return shd_larger(1 / worth, most > 0 ? SHD_QUICK_SHARE / 2 * least / most : 0) -
-           kinks * look->kink;
+    return shd_larger(1 / worth, most > 0 ? q->share / 2 * least / most : 0) - kinks * look->kink;
 }
 
 /* ---- Cells. ---- */
@@ -340,7 +329,7 @@ static bool take_part(quick *q, const part *p, const glance *look, bool last) {
         return true;
     }
     const bool cliff = shd_ends_as_off_a_cliff(q->lobe->model);
-    const double allowed = CELLS_LOOSE * allowed_of(look, worth, cliff ? KINKS : CELLS_KINKS);
+    const double allowed = CELLS_LOOSE * allowed_of(q, look, worth, cliff ? KINKS : CELLS_KINKS);
     const bool few = 0.04 * x * sqrt(x) <= allowed;
     if (!few && !last && !(1.1e-3 * x * x * sqrt(x) <= allowed)) return false;
     add_part(q, p, few ? shd_gauss2 : shd_gauss3, few ? 2 : 3);
@@ -407,7 +396,7 @@ static bool take_block(quick *q, const seen_block *s) {
     }
     const double off[SHD_MOMENT_ORDERS] = {0.25 * x, 7.8e-3 * x * x, 1.6e-4 * x * x * x,
                                            2.6e-6 * x * x * x * x},
-                 allowed = q->loose * allowed_of(look, worth, KINKS);
+                 allowed = q->loose * allowed_of(q, look, worth, KINKS);
     for (int k = 0; k < SHD_MOMENT_ORDERS; k++)
         if (off[k] <= allowed) {
             add_block(q, s, k);
@@ -470,8 +459,8 @@ static void take_seen(quick *q) {
 }
 
 void shd_around_sum_quickly(const shd_surroundings *map, const shd_moments *moments,
-                            const shd_around_lobe *lobe, const shd_around_function *f, double floor,
-                            double (*out)[SHD_WAY_SUMS]) {
+                            const shd_around_lobe *lobe, const shd_around_function *f, double share,
+                            double floor, double (*out)[SHD_WAY_SUMS]) {
     static shd_looks_function *const looks[SHD_ISA_COUNT] = SHD_VARIANTS(shd_look_at_lobe);
     static shd_ways32_function *const sums[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sum_ways32);
     if (lobe->model == SHD_MODEL_COOK_TORRANCE && !(shd_dot(lobe->normal, lobe->view) > 0)) return;
@@ -484,6 +473,7 @@ void shd_around_sum_quickly(const shd_surroundings *map, const shd_moments *mome
     q.sum32 = sums[f->isa];
     q.view = view_lobe(lobe);
     q.loose = loose_of(lobe);
+    q.share = share;
     q.channels = f->point && moments->grey ? 1 : 3;
     q.ways.points = 0;
     q.ways.grey = q.channels == 1;
@@ -493,8 +483,7 @@ void shd_around_sum_quickly(const shd_surroundings *map, const shd_moments *mome
     shd_begin_ways(&q.to, f, out);
     see_blocks(&q);
     for (int c = 0; c < 3; c++)
-        q.by[c] = SHARES / shd_larger(SHD_QUICK_SHARE * q.least[c],
-                                      shd_larger(floor / q.view.scale, 1e-300));
+        q.by[c] = SHARES / shd_larger(share * q.least[c], shd_larger(floor / q.view.scale, 1e-300));
     take_seen(&q);
     end_nodes(&q);
 }

@@ -11,15 +11,16 @@
  * Looks are at many places at once, in f32 (around_look.h), and nodes are summed in f32 where that
  * holds them (ways32.h). Every value is of this point alone, and the same bits on every machine.
  *
- * The sum is off by at most SHD_QUICK_SHARE of itself, in each channel of the map, and
- * SHD_QUICK_FLOOR of the most that the map adds (plan/tier.h). That is measured: what blocks are
- * taken to be off follows from the derivatives of a normal distribution as wide as the lobe. Any
- * thread. It cannot fail. */
+ * The sum is off by at most a share of itself, in each channel of the map, and a floor: where a
+ * plan asks, SHD_QUICK_SHARE and SHD_QUICK_FLOOR of the most that the map adds (plan/tier.h). That
+ * is measured: what blocks are taken to be off follows from the derivatives of a normal
+ * distribution as wide as the lobe. Any thread. It cannot fail. */
 #pragma once
 
 #include "shade/around.h"
 
-/* Adds to out[row][k] as shd_around_sum does. `floor`: what of the sum counts as nothing. */
+/* Adds to out[row][k] as shd_around_sum does. `share`: of itself, that the sum may be off; `floor`:
+ * what of the sum counts as nothing. */
 void shd_around_sum_quickly(const shd_surroundings *map, const shd_moments *moments,
-                            const shd_around_lobe *lobe, const shd_around_function *f, double floor,
-                            double (*out)[SHD_WAY_SUMS]);
+                            const shd_around_lobe *lobe, const shd_around_function *f, double share,
+                            double floor, double (*out)[SHD_WAY_SUMS]);

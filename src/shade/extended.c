@@ -179,7 +179,9 @@ static shd_surface surface_of(const shd_points64 *points, size_t i,
                       .material = material,
                       .object = (size_t)points->object[i],
                       .sharp = points->sharp,
-                      .sharp_at = points->sharp_at + i};
+                      .sharp_at = points->sharp_at + i,
+                      .known = points->known,
+                      .known_at = points->known_at + i};
     if (points->triangle) at.triangle = points->triangle[i];
     at.mirror = shd_sub(shd_scale(at.normal, 2 * shd_dot(at.normal, at.view)), at.view);
     return at;

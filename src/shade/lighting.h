@@ -6,12 +6,13 @@
  * holds a material's color. Everything here is constant or belongs to the caller, so that threads
  * share a shd_lighting. Kernels cannot fail: everything was checked before.
  *
- * A point's sums depend only on that point and the list of lights, to the bit: not on its
- * neighbors, on the instruction set, or on lights that add exactly 0. Lights are summed in the
- * order of `which`, in f32 over groups of SHD_LIGHT_GROUP neighbors in the scene's list, and in f64
- * over the groups. The exact tier sums in f64. If no instruction fuses f32 products into sums
- * (shd_isa_fuses), the bits of f32 are others. Another light in the scene's list, even
- * a black one, may move lights into other groups and change last bits. */
+ * A point's sums depend only on that point and the list of lights, and on what is known of the
+ * light of environments there (shd_known), to the bit: not on its neighbors, on the instruction
+ * set, or on lights that add exactly 0. Lights are summed in the order of `which`, in f32 over
+ * groups of SHD_LIGHT_GROUP neighbors in the scene's list, and in f64 over the groups. The exact
+ * tier sums in f64. If no instruction fuses f32 products into sums (shd_isa_fuses), the bits of
+ * f32 are others. Another light in the scene's list, even a black one, may move lights into other
+ * groups and change last bits. */
 #pragma once
 
 #include "base/arena.h"
@@ -26,6 +27,17 @@ enum {
 /* Points of one material. Every array has `count` entries. From there to the next multiple of
  * SHD_LANES it has any finite ones (repeat the last); their results mean nothing. 64-byte aligned
  * arrays are faster. */
+
+/* What some environments add at points by terms that maps are walked for (shade/surrounded.h), if
+ * it is known before: the weights of each pair of a light and a term. */
+enum { SHD_KNOWN_MOST = 8 };
+typedef struct shd_known {
+    size_t count;
+    uint32_t light[SHD_KNOWN_MOST]; /* in plan->lights */
+    uint32_t term[SHD_KNOWN_MOST];
+    const uint8_t *has;  /* [point]: bit k: it is known of pair k */
+    double *const *rows; /* [3 k + channel][point] */
+} shd_known;
 
 /* For the standard tier, in the plan's frame: (p - plan->origin) plan->scale. */
 typedef struct shd_points32 {
@@ -49,6 +61,8 @@ typedef struct shd_points64 {
      * own. */
     const double *const *sharp;
     size_t sharp_at;
+    const shd_known *known; /* of points from [known_at] on; NULL: nothing is */
+    size_t known_at;
 } shd_points64;
 
 /* One point of a surface, in the world's frame. */
@@ -61,6 +75,8 @@ typedef struct shd_surface {
     const shd_fresnel *index;   /* for three bins of a spectrum; NULL: the material's own */
     const double *const *sharp; /* as in shd_points64, at [sharp_at]; or NULL */
     size_t sharp_at;
+    const shd_known *known; /* as in shd_points64, at [known_at]; or NULL */
+    size_t known_at;
     const double *opacity; /* [3]; NULL: the material's own */
 } shd_surface;
 

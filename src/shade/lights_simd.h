@@ -187,15 +187,10 @@ __attribute__((noinline, cold, unused)) static void load_last(const shd_points64
             held[6 + c][k] = from->view[c][at];
         }
     }
-    const shd_points64 last = {VW,
-                               {held[0], held[1], held[2]},
-                               {held[3], held[4], held[5]},
-                               {held[6], held[7], held[8]},
-                               NULL,
-                               NULL,
-                               NULL,
-                               NULL,
-                               0};
+    const shd_points64 last = {.count = VW,
+                               .position = {held[0], held[1], held[2]},
+                               .normal = {held[3], held[4], held[5]},
+                               .view = {held[6], held[7], held[8]}};
     load_points(&last, 0, scale, to);
 }
 

@@ -61,7 +61,9 @@ static void take_crowd(const shd_lighting *lighting, const shd_plan_material *ma
                             .object = (size_t)points->object[i],
                             .triangle = points->triangle ? points->triangle[i] : 0,
                             .sharp = points->sharp,
-                            .sharp_at = points->sharp_at + i};
+                            .sharp_at = points->sharp_at + i,
+                            .known = points->known,
+                            .known_at = points->known_at + i};
         at->mirror = shd_sub(shd_scale(at->normal, 2 * shd_dot(at->normal, at->view)), at->view);
     }
     c->crowd.count = count;
@@ -76,7 +78,9 @@ static shd_points64 points_of(const shd_points64 *all, size_t first, size_t coun
                         .object = all->object + first,
                         .triangle = all->triangle ? all->triangle + first : NULL,
                         .sharp = all->sharp,
-                        .sharp_at = all->sharp_at + first};
+                        .sharp_at = all->sharp_at + first,
+                        .known = all->known,
+                        .known_at = all->known_at + first};
     for (int c = 0; c < 3; c++) {
         out.position[c] = all->position[c] + first;
         out.normal[c] = all->normal[c] + first;

@@ -65,9 +65,9 @@ static void sum_by_one(const void *context, const shd_ways *ways, double (*out)[
 }
 
 /* The point as it would be with one term alone, in the map's frame. Writes what each channel of the
- * working space makes of each channel of the term: out[map's][term's]. */
+ * working space makes of each channel of the term: out[map's][term's]. `share`: of quick walks. */
 static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
-                      const shd_plan_light *light, const shd_surface *at, size_t term,
+                      const shd_plan_light *light, const shd_surface *at, size_t term, double share,
                       double out[3][3]) {
     static shd_area_sum_function *const sums[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sum_ways);
     const shd_light *from = light->environment;
@@ -75,7 +75,7 @@ static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
     shd_plan_material alone = *at->material;
     shd_surface here = *at;
     own_lobe own;
-    double share = 1;
+    double gain = 1;
     alone.lobes = term ? at->material->lobes + term - 1 : NULL;
     alone.lobe_count = term > 0;
     here.material = &alone;
@@ -86,7 +86,7 @@ static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
     shd_way_point point = {.at = &here};
     if (kernels && kernels->energies[material])
         point.energies = kernels->energies[material] + (term ? term - 1 : 0);
-    if (term && at->sharp) share = sharpen(at, term - 1, &own, &alone, &point);
+    if (term && at->sharp) gain = sharpen(at, term - 1, &own, &alone, &point);
     const shd_around_function f = {
         kernels ? sums[plan->isa] : sum_by_one, &point, 3 + 3 * (term > 0), plan->isa,
         kernels && shd_ways32_hold(&point, from->map->most) ? &point : NULL};
@@ -97,14 +97,14 @@ static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
     const shd_moments *moments = plan->moments ? plan->moments[light->around] : NULL;
     if (moments && plan->glows)
         shd_around_sum_quickly(
-            from->map, moments, &lobe, &f,
+            from->map, moments, &lobe, &f, share,
             SHD_QUICK_FLOOR * shd_around_most_of(from, &alone, term > 0, INFINITY), all);
     else
         shd_around_sum(from->map, moments, &lobe, &f, all);
     for (size_t c = 0; c < 3; c++) {
         double rgb[3];
         shd_from_map(from, all[term ? 3 + c : c], rgb);
-        for (int k = 0; k < 3; k++) out[k][c] = share * rgb[k];
+        for (int k = 0; k < 3; k++) out[k][c] = gain * rgb[k];
     }
 }
 
@@ -121,9 +121,7 @@ static void weigh_sharpened(const shd_plan *plan, const shd_lighting *kernels,
         return;
     }
     if (plan->glows && plan->moments && plan->moments[light->around]) {
-        double all[3][3];
-        walk_term(plan, kernels, light, at, term, all);
-        for (size_t c = 0; c < 3; c++) row[c] = all[c][c];
+        shd_walk_environment(plan, kernels, light, at, term, SHD_QUICK_SHARE, row);
         return;
     }
     double sum[3];
@@ -147,10 +145,11 @@ void shd_weigh_environment_bins(const shd_plan *plan, const shd_lighting *kernel
     shd_surface here = *at;
     double lifted[3][SHD_BINS_MOST], by[3][3];
     lift_channels(plan->bins, lifted);
-    if (!m->indices) walk_term(plan, kernels, light, &here, 1 + k, by);
+    if (!m->indices) walk_term(plan, kernels, light, &here, 1 + k, SHD_QUICK_SHARE, by);
     for (size_t b = 0; b < bins && !shd_is_cancelled(plan->cancelled); b++) {
         here.index = m->indices ? &m->indices[b / 3] : NULL;
-        if (m->indices && b % 3 == 0) walk_term(plan, kernels, light, &here, 1 + k, by);
+        if (m->indices && b % 3 == 0)
+            walk_term(plan, kernels, light, &here, 1 + k, SHD_QUICK_SHARE, by);
         out[b] = 0;
         for (int from = 0; from < 3; from++) {
             double mirrored = by[from][b % 3];
@@ -162,6 +161,27 @@ void shd_weigh_environment_bins(const shd_plan *plan, const shd_lighting *kernel
     }
 }
 
+void shd_walk_environment(const shd_plan *plan, const shd_lighting *kernels,
+                          const shd_plan_light *light, const shd_surface *at, size_t term,
+                          double share, double row[3]) {
+    double all[3][3];
+    walk_term(plan, kernels, light, at, term, share, all);
+    for (size_t c = 0; c < 3; c++) row[c] = all[c][c];
+}
+
+/* False: nothing is known of the term at the point. */
+static bool recall_term(const shd_plan *plan, const shd_plan_light *light, const shd_surface *at,
+                        size_t term, double row[3]) {
+    const shd_known *known = at->known;
+    for (size_t k = 0; known && k < known->count; k++) {
+        if (known->term[k] != term || &plan->lights[known->light[k]] != light) continue;
+        if (!(known->has[at->known_at] >> k & 1)) return false;
+        for (size_t c = 0; c < 3; c++) row[c] = known->rows[3 * k + c][at->known_at];
+        return true;
+    }
+    return false;
+}
+
 void shd_weigh_environment(const shd_plan *plan, const shd_lighting *kernels,
                            const shd_plan_light *light, const shd_surface *at,
                            double row[SHD_BRDF_ROWS]) {
@@ -169,14 +189,11 @@ void shd_weigh_environment(const shd_plan *plan, const shd_lighting *kernels,
     const bool by_bins = shd_is_by_bins(plan, light, m);
     memset(row, 0, (3 + 3 * m->lobe_count) * sizeof *row);
     for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
-        double all[3][3];
-        if (t && at->sharp && shd_is_symmetric(m->model, t)) {
+        if (t && at->sharp && shd_is_symmetric(m->model, t))
             weigh_sharpened(plan, kernels, light, at, t, row + 3 * t);
-        } else if (shd_is_symmetric(m->model, t)) {
+        else if (shd_is_symmetric(m->model, t))
             weigh_symmetric(plan, light, at, t, row + 3 * t);
-        } else if (!by_bins) {
-            walk_term(plan, kernels, light, at, t, all);
-            for (size_t c = 0; c < 3; c++) row[3 * t + c] = all[c][c];
-        }
+        else if (!by_bins && !recall_term(plan, light, at, t, row + 3 * t))
+            shd_walk_environment(plan, kernels, light, at, t, SHD_QUICK_SHARE, row + 3 * t);
     }
 }

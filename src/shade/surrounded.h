@@ -17,11 +17,16 @@ void shd_weigh_environment_bins(const shd_plan *plan, const shd_lighting *kernel
                                 const shd_plan_light *light, const shd_surface *at, size_t k,
                                 double *out);
 
+/* The weights of one term that is walked for. `share`: what of itself a quick walk may be off. */
+void shd_walk_environment(const shd_plan *plan, const shd_lighting *kernels,
+                          const shd_plan_light *light, const shd_surface *at, size_t term,
+                          double share, double row[3]);
+
 /* The weights of all terms, but for lobes that are summed by bins, which have 0: rows are those of
  * shd_brdf_weigh, times the map in the working space, without the light's intensity. Lambert's
  * light and Phong's lobes are read from tables, if the plan has these, or integrated
- * (environment.h); others are walked for (around.h), by `kernels`, or without vectors if that is
- * NULL. */
+ * (environment.h); others are read from what is known at the point, or walked for (around.h), by
+ * `kernels`, or without vectors if that is NULL. */
 void shd_weigh_environment(const shd_plan *plan, const shd_lighting *kernels,
                            const shd_plan_light *light, const shd_surface *at,
                            double row[SHD_BRDF_ROWS]);

@@ -1,5 +1,6 @@
 /* Scenes in environments: tables against quadrature, and what keys, layers and turning must keep.
  */
+#include "plan/tier.h"
 #include "property/film_of.h"
 
 static char *scene_in(const char *map, const char *light, const char *accuracy, double turn) {
@@ -110,6 +111,59 @@ static void layers_add_up(void **state) {
     }
     assert_true(behind > 20 && behind < pixels_of(&d));
     drop_drawn(&d);
+}
+
+/* A ball near by, whose facets environments light by cells of the picture. */
+static drawn draw_facets(shd_engine *engine, const char *image, const char *tier) {
+    char *json = text_of(
+        "{\"image\": {%s}, \"accuracy\": {\"tier\": \"%s\"}, \"camera\": {\"position\": [0.3, 0.5, "
+        "3], \"fov\": 14}, \"lights\": [{\"type\": \"environment\", \"map\": \"studio\"}], "
+        "\"objects\": [{\"type\": \"sphere\", \"material\": {\"model\": \"cook-torrance\", "
+        "\"diffuse\": 0, \"lobes\": [{\"roughness\": 0.4, \"weight\": 1}], \"fresnel\": {\"f0\": "
+        "[0.9, 0.7, 0.4]}}}, {\"type\": \"box\", \"transform\": {\"scale\": 0.1, \"translate\": "
+        "[0.1, 0.15, 1.2]}, \"material\": {\"model\": \"oren-nayar\", \"sigma\": 30}}]}",
+        image, tier);
+    drawn d = shown_film_of(engine, json);
+    free(json);
+    return d;
+}
+
+/* What cells of the picture's grid tell is of themselves: a region is the crop of the whole. */
+static void cells_do_not_know_regions(void **state) {
+    enum { WIDE = 64, HIGH = 48, LEFT = 13, TOP = 27, ACROSS = 39, DOWN = 11 };
+    for (int samples = 1; samples <= 4; samples += 3) {
+        char *image =
+                 text_of("\"width\": %d, \"height\": %d, \"samples\": %d", WIDE, HIGH, samples),
+             *cut = text_of("%s, \"region\": [%d, %d, %d, %d]", image, LEFT, TOP, ACROSS, DOWN);
+        drawn all = draw_facets(*state, image, "standard"),
+              part = draw_facets(*state, cut, "standard");
+        for (size_t y = 0; y < DOWN; y++)
+            assert_memory_equal(part.film.rgba + 4 * ACROSS * y,
+                                all.film.rgba + 4 * (WIDE * (TOP + y) + LEFT),
+                                4 * ACROSS * sizeof(float));
+        drop_drawn(&part);
+        drop_drawn(&all);
+        free(cut);
+        free(image);
+    }
+}
+
+/* The exact tier walks for each point, and is off 1e-4 of the most. */
+static void cells_are_within_the_share(void **state) {
+    static const char image[] = "\"width\": 28, \"height\": 20, \"samples\": 1";
+    drawn exact = draw_facets(*state, image, "exact"),
+          quick = draw_facets(*state, image, "standard");
+    double most = 0, worst = 0;
+    for (size_t i = 0; i < 4 * pixels_of(&exact); i++)
+        most = fmax(most, (double)exact.film.rgba[i]);
+    for (size_t i = 0; i < 4 * pixels_of(&exact); i++) {
+        const double is = (double)exact.film.rgba[i], off = fabs((double)quick.film.rgba[i] - is);
+        worst = fmax(worst, off / (SHD_QUICK_SHARE * is + SHD_AROUND_TOLERANCE * most + 1e-9));
+    }
+    print_message("cells: %.2f of what is allowed\n", worst);
+    assert_true(worst > 0 && worst <= 1);
+    drop_drawn(&quick);
+    drop_drawn(&exact);
 }
 
 /* Pictures that share hits or light with earlier ones are as if they did not. */
@@ -338,6 +392,8 @@ int main(void) {
         cmocka_unit_test(budgets_choose_between_tables_and_quadrature),
         cmocka_unit_test(a_whole_turn_changes_nothing),
         cmocka_unit_test(layers_add_up),
+        cmocka_unit_test(cells_do_not_know_regions),
+        cmocka_unit_test(cells_are_within_the_share),
         cmocka_unit_test(what_is_kept_knows_the_environment),
         cmocka_unit_test(other_models_are_lit_as_told),
         cmocka_unit_test(spectra_keep_what_is_grey),

@@ -172,7 +172,7 @@ static void walk_quickly(const shd_surroundings *map, const shd_moments *moments
                                   p->at.mirror};
     assert_true(shd_ways32_hold(&p->ways, map->most));
     memset(out, 0, sizeof(double[ROWS][3]));
-    shd_around_sum_quickly(map, moments, &lobe, &f, floor, out);
+    shd_around_sum_quickly(map, moments, &lobe, &f, SHD_QUICK_SHARE, floor, out);
 }
 
 /* Holds the walk against sums by `cut` and twice as many; returns how far off it is, of the

@@ -11,6 +11,7 @@
 #include "render/tiles/gather.h"
 #include "render/tiles/radiance.h"
 #include "render/tiles/shots.h"
+#include "render/tiles/smooth.h"
 #include "render/tiles/textured.h"
 #include "render/tiles/traced.h"
 
@@ -91,6 +92,7 @@ typedef struct lit_run {
     const shd_plan_material *material;
     const uint32_t *which; /* [lights]: in plan->lights */
     size_t lights;
+    const shd_known *known; /* of the hits; NULL: nothing is */
 } lit_run;
 
 static shd_points64 points64_of(const shd_hits *hits, size_t first, size_t count) {
@@ -177,6 +179,8 @@ static void light_exactly(const shd_scenery *scenery, const lit_run *l, size_t p
     const shd_plan *plan = scenery->plan;
     shd_points64 points = points64_of(l->hits, l->first, l->count);
     points.shadowed = &s->shadowed;
+    points.known = l->known;
+    points.known_at = l->first;
     if (l->material->pointwise) {
         points.sharp = (const double *const *)s->sharp;
         points.sharp_at = l->first;
@@ -327,6 +331,13 @@ static bool is_for_bunches(const shd_plan *plan, const lit_run *l) {
            l->material->lobe_count <= SHD_FAR_LOBES;
 }
 
+/* What is known of environments' light before points are lit. */
+static const shd_known *know_lights(const shd_scenery *scenery, const lit_run *l,
+                                    const shd_tile_scratch *s) {
+    const shd_smooth_run run = {l->hits, l->first, l->count, l->material, l->which, l->lights};
+    return shd_smooth_know(scenery, &run, s);
+}
+
 static const shd_hits *light_hits(const shd_scenery *scenery, const shd_chunk *chunk,
                                   shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
@@ -344,8 +355,12 @@ static const shd_hits *light_hits(const shd_scenery *scenery, const shd_chunk *c
             continue;
         }
         const shd_plan_group *group = &plan->groups[run.group];
-        lit_run l = {hits,          run.first,         run.count, &plan->materials[group->material],
-                     group->lights, group->light_count};
+        lit_run l = {.hits = hits,
+                     .first = run.first,
+                     .count = run.count,
+                     .material = &plan->materials[group->material],
+                     .which = group->lights,
+                     .lights = group->light_count};
         if (l.material->textures)
             shd_textured_weigh(scenery, l.material->textures, hits, l.first, l.count, s);
         if (group->faceted) {
@@ -354,6 +369,7 @@ static const shd_hits *light_hits(const shd_scenery *scenery, const shd_chunk *c
             continue;
         }
         if (l.material->pointwise) shd_bent_sharpen(scenery, l.material, hits, l.first, l.count, s);
+        if (s->smooth) l.known = know_lights(scenery, &l, s);
         if (is_for_bunches(plan, &l)) {
             light_from_afar(scenery, &l, chunk, 0, NULL, s);
         } else {
@@ -454,6 +470,7 @@ const shd_fragments *shd_tile_look(const shd_scenery *scenery, size_t index, shd
     s->fragments.count = s->fragments.run_count = 0;
     s->whole = true;
     s->sketched = 0;
+    shd_smooth_begin(s->smooth);
     if (s->stray) memset(s->stray, 0, SHD_TILE_PIXELS * sizeof *s->stray);
     s->tile = index;
     s->recalled = known ? shd_record_get(known, index) : NULL;

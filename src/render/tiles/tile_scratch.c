@@ -1,5 +1,6 @@
 #include "render/tiles/tile_scratch.h"
 
+#include "render/tiles/smooth.h"
 #include "sight/bend.h"
 #include "trace/bounce.h"
 
@@ -36,6 +37,7 @@ static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_sc
     }
     if (plan->antialiased || plan->bumped)
         s->sharp = shd_scratch_rows64(memory, 2 * plan->max_lobes + 3, length);
+    s->smooth = shd_smooth_lay_out(plan, length, memory);
     s->sums = shd_scratch_rows32(memory, shd_sum_of(plan, plan->plane_count, 0, 0), length);
     s->outs = shd_scratch_take(memory, rows, sizeof *s->outs);
     if (plan->scene->transparent && plan->scene->trace.depth)

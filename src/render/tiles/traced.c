@@ -77,15 +77,14 @@ static void light_point(const void *context, void *scratch, const shd_surface *a
     }
     const shd_plan_object *object = &scenery->plan->objects[at->object];
     const int32_t index = (int32_t)at->object;
-    const shd_points64 point = {1,
-                                {&at->position.x, &at->position.y, &at->position.z},
-                                {&at->normal.x, &at->normal.y, &at->normal.z},
-                                {&at->view.x, &at->view.y, &at->view.z},
-                                &index,
-                                &at->triangle,
-                                NULL,
-                                at->sharp,
-                                at->sharp_at};
+    const shd_points64 point = {.count = 1,
+                                .position = {&at->position.x, &at->position.y, &at->position.z},
+                                .normal = {&at->normal.x, &at->normal.y, &at->normal.z},
+                                .view = {&at->view.x, &at->view.y, &at->view.z},
+                                .object = &index,
+                                .triangle = &at->triangle,
+                                .sharp = at->sharp,
+                                .sharp_at = at->sharp_at};
     float mixed[3], *const to[3] = {&mixed[0], &mixed[1], &mixed[2]};
     shd_sum_exactly(scenery->lighting, scenery->plan, at->material, object->lights,
                     object->light_count, &point, s->exact);
