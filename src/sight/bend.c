@@ -164,8 +164,9 @@ static bool bend_plane(const shd_sight *sight, const shd_item *it, const beam *b
     return true;
 }
 
-const shd_item *shd_sight_only(const shd_sight *sight, const shd_survey *survey, size_t block,
-                               shd_middle *out) {
+/* NULL: others may be seen through the block, or it is neither a ball nor a plane. */
+static const shd_item *only_item(const shd_sight *sight, const shd_survey *survey, size_t block,
+                                 shd_middle *out) {
     const shd_block *seen = &survey->blocks[block];
     if (seen->count != 1 || seen->next < survey->candidate_count) return NULL;
     const uint32_t object = survey->candidates[seen->first];
@@ -180,7 +181,7 @@ const shd_item *shd_sight_only(const shd_sight *sight, const shd_survey *survey,
 bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,
                     shd_block_rays *rays) {
     shd_middle middle;
-    const shd_item *it = shd_sight_only(sight, survey, block, &middle);
+    const shd_item *it = only_item(sight, survey, block, &middle);
     if (!it) return false;
     out->reach = HALF * 1.4142135624;
     const beam b = beam_of(&sight->lens, middle.x, middle.y, out->reach);
