@@ -241,7 +241,7 @@ static bool bend_plane(const shd_sight *sight, const shd_item *it, const beam *b
     return true;
 }
 
-/* As shd_sight_only, of ellipsoids, too. */
+/* NULL: others may be seen through the block, or it is neither a ball, an ellipsoid nor a plane. */
 static const shd_item *find_only(const shd_sight *sight, const shd_survey *survey, size_t block,
                                  shd_middle *out) {
     const shd_block *seen = &survey->blocks[block];
@@ -253,12 +253,6 @@ static const shd_item *find_only(const shd_sight *sight, const shd_survey *surve
     *out = (shd_middle){object, survey->rect.x + (double)(block % across) * SHD_BLOCK_SIDE + HALF,
                         survey->rect.y + (double)(block / across) * SHD_BLOCK_SIDE + HALF};
     return it;
-}
-
-const shd_item *shd_sight_only(const shd_sight *sight, const shd_survey *survey, size_t block,
-                               shd_middle *out) {
-    const shd_item *it = find_only(sight, survey, block, out);
-    return it && (it->ball || it->shape == SHD_PLANE) ? it : NULL;
 }
 
 bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,

@@ -35,15 +35,11 @@ enum { SHD_SEEN_MOST = 4, SHD_SEEN_MANY };
 size_t shd_sight_seen(const shd_sight *sight, const shd_survey *survey, size_t block, int part,
                       shd_seen out[SHD_SEEN_MOST]);
 
-/* The object that alone may be seen through a block, and the block's middle in the picture. */
+/* An object that is seen through a block or a part of one, and its middle in the picture. */
 typedef struct shd_middle {
     size_t object;
     double x, y;
 } shd_middle;
-
-/* NULL: others may be seen, or it is neither a ball nor a plane. */
-const struct shd_item *shd_sight_only(const shd_sight *sight, const shd_survey *survey,
-                                      size_t block, shd_middle *out);
 
 /* Of the pattern of so many samples a pixel. */
 shd_pattern_spread shd_spread_of(int samples);
