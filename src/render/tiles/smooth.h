@@ -6,8 +6,8 @@
  * pixels of a smooth object it is a smooth function of the place in the picture. A cell, of 32 to 4
  * pixels a side in a grid that begins at the picture's (0,0), has 4 by 4 nodes, near to those of
  * Chebyshev: rays through the middles of these pixels, cast at the object alone. Walks at them take
- * half of the share, and the polynomial through the logarithms of what they make tells the rest. A cell
- * holds for a light and a term if
+ * half of the share, and the polynomial through the logarithms of what they make tells the rest. A
+ * cell holds for a light and a term if
  *
  * - all nodes and one in the middle meet the object, and their normals and views turn together by
  *   less than a part of the lobe's width;
