@@ -130,7 +130,7 @@ static json_t *make_tree(const char *text, size_t length, char *copy, size_t mem
     json->borrowed = length + bytes;
     json_error_t error;
     json_t *tree = load_tree(given, size, cancelled, &error);
-    const bool marked = !tree || shd_pack_mark(tree, packs);
+    const bool marked = !tree || !packs->count || shd_pack_mark(tree, packs);
     /* Reading may have gone on without memory: numbers are then other ones. */
     if (tree && (!marked || shd_json_memory_short())) {
         json_decref(tree);
