@@ -34,7 +34,7 @@ static double signed_distance(const shd_place *place, shd_vec3 p) {
         return shd_larger((2 * h * out + r * (p.y - h)) / hypot(r, 2 * h), -h - p.y);
     case SHD_TORUS:
         return hypot(out - r, p.y) - object->tube;
-    case SHD_MESH: /* and facets: that to the box, within which nothing is known */
+    case SHD_MESH:   /* and facets: that to the box, within which nothing is known */
     case SHD_SPHERE: /* above */
     case SHD_SHAPE_COUNT:
         break;
