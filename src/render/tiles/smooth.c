@@ -16,7 +16,7 @@ static const int pixels[LEVELS][SIDE] = {
 
 /* Nodes' walks take this part of the share. The rest is for what polynomials are off: the most that
  * their cubic part is, and what the middle is off. */
-static const double WALKS = 0.5, CUBIC = 4e-3, OFF = 1.5e-3;
+static const double WALKS = 0.5, CUBIC = 2e-3, OFF = 1e-3;
 
 /* Of a lobe's width: how far normals and views of a cell turn together, and what a sample's may be
  * off its polynomials. */
