@@ -43,13 +43,26 @@ bool shd_plan_sketches(const shd_plan *plan, const shd_plan_group *group) {
     return true;
 }
 
+/* An ellipsoid may be so much longer one way than another: where it is flatter than half of that,
+ * no block is sketched (shade/sketch.c). */
+static bool is_plump(const shd_object *object) {
+    static const double MOST = 4;
+    shd_affine to_world, from_world;
+    double axes[3];
+    if (object->shape != SHD_SPHERE) return true;
+    to_world = shd_object_to_world(object);
+    if (shd_is_similar(&to_world, axes)) return true;
+    return shd_object_frame(object, &to_world, &from_world) &&
+           shd_norm(&to_world) * shd_norm(&from_world) < MOST;
+}
+
 /* What is sketched leaves nothing for later requests, so that a picture in which other things are
  * seen, too, would be drawn anew as a whole wherever a color changes. */
 bool shd_plan_may_sketch(const shd_plan *plan) {
     const size_t count = plan->scene->object_count;
     if (plan->split_positions || !is_plain(plan)) return false;
     for (size_t o = 0; o < count; o++)
-        if (!is_for_drafts(plan, o) ||
+        if (!is_for_drafts(plan, o) || !is_plump(&plan->scene->objects[o]) ||
             !shd_plan_sketches(plan, &plan->groups[plan->objects[o].group]))
             return false;
     return count > 0;

@@ -19,12 +19,21 @@
  * Mirrored views. |w| is off by 6.5 u of it, N.V by 36 u, and W = w / |w| + 2 (N.V) N by no more
  * than 11 u + 2 (36 u + 34 u) + 3 u = 154 u.
  *
+ * Ellipsoids. All of this is so in the frame in which they are balls: there, m + o + s w - m is off
+ * by 33 u. With h the most that the map of normals lengthens, whose entries are rounded, and n = N
+ * there + that map's image, which is no shorter than 3/4 (sight/bend.c), n is off by (4 + 44 h) u,
+ * and its unit vector by 4/3 of that and 4 u more: 127 u, as h is STRETCH at most. The ray's w'
+ * there is of unit length, and N.w is b' |F w| / |n|, b' as above: |F w| is h |F^T m| at most, and
+ * N.V is off by 28 u 4/3 h + 8 u = 83 u. So W is by 11 u + 2 (83 u + 127 u) + 3 u = 434 u. Points
+ * are off in proportion to their way from the middle, as above, and by 7 u of it by their map's
+ * roundings: 14 u of light's directions.
+ *
  * tests/property/sketch.c sees a tenth of it: these are the most that roundings add up to where all
  * of them lie one way, at the most grazing rays that are sketched. */
 #include "shade/sketch_job.h"
 
 /* As above. */
-static const double FLAT = 0.4, NEAR = 8, WIDE = 0.1;
+static const double FLAT = 0.4, NEAR = 8, WIDE = 0.1, STRETCH = 2;
 
 /* Distances in the plan's frame of which f32 loses nothing; more than chords of f32 are off by. */
 static const double LEAST = 1e-6, MOST = 1e11, OFF = 1e-4;
@@ -91,7 +100,8 @@ static bool is_within(shd_vec3 x, shd_vec3 y, double most) {
 }
 
 static bool is_steady(const shd_block_rays *rays) {
-    return is_within(rays->way_x, rays->way_y, WIDE * rays->cosine) &&
+    return (!rays->to_world || rays->stretch <= STRETCH) &&
+           is_within(rays->way_x, rays->way_y, WIDE * rays->cosine) &&
            (!rays->curved || is_within(rays->at_x, rays->at_y, FLAT * rays->cosine * rays->cosine));
 }
 
@@ -132,6 +142,24 @@ static bool place_light(const shd_plan *plan, const shd_plan_light *light, const
     return true;
 }
 
+/* The maps of an ellipsoid's frame, and its rays in the world. */
+static void set_ellipsoid(const shd_bend *bend, const shd_block_rays *rays, double scale,
+                          shd_sketch_job *j) {
+    const shd_affine *map = rays->to_world;
+    const shd_vec3 way = shd_linear(map, rays->way);
+    const double length = shd_length(way);
+    for (int r = 0; r < 3; r++)
+        for (int c = 0; c < 3; c++) {
+            j->to_frame[r][c] = (float)(map->linear[r][c] * scale);
+            j->to_normal[r][c] = (float)(rays->from_world->linear[c][r] * rays->to_normal);
+        }
+    j->along = (float)(rays->to_normal / length);
+    round_vec(bend->normal, j->normal);
+    round_vec(shd_scale(way, 1 / length), j->seen);
+    round_vec(shd_scale(shd_linear(map, rays->way_x), 1 / length), j->seen_x);
+    round_vec(shd_scale(shd_linear(map, rays->way_y), 1 / length), j->seen_y);
+}
+
 bool shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend,
                       const shd_block_rays *rays, size_t stride, float *const rgb[3]) {
     static shd_sketch_function *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sketch);
@@ -148,7 +176,11 @@ bool shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend,
                     sqrt((double)group->reach)};
     shd_sketch_job j;
     j.group = group;
-    j.curved = rays->curved;
+    j.form = rays->to_world ? SHD_SKETCH_ELLIPSOID
+             : rays->curved ? SHD_SKETCH_BALL
+                            : SHD_SKETCH_PLANE;
+    const double turned = (rays->to_world ? 4 : 1) * SHD_SKETCH_TURNED;
+    j.turned2 = (float)(turned * turned);
     j.scale = (float)(rays->size * plan->scale);
     j.count = 0;
     for (size_t k = 0; k < group->light_count; k++) {
@@ -159,7 +191,8 @@ bool shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend,
             return false;
         j.count += some;
     }
-    round_vec(n, j.middle);
+    round_vec(rays->middle, j.middle);
+    if (rays->to_world) set_ellipsoid(bend, rays, plan->scale, &j);
     round_vec(rays->way, j.way);
     round_vec(rays->way_x, j.way_x);
     round_vec(rays->way_y, j.way_y);

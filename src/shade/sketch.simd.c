@@ -20,11 +20,41 @@ typedef struct seen {
     shd_vf moved[3], normal[3], mirror[3]; /* from the middle, in the plan's frame; unit; unit */
 } seen;
 
+/* On an ellipsoid, moved from the middle of its own frame, where N.w is -root. */
+SHD_INLINE seen place(const shd_sketch_job *j, shd_vf x, shd_vf y, const shd_vf moved[3],
+                      shd_vf root) {
+    const shd_vf one = shd_vf_set(1);
+    shd_vf n[3], w[3];
+    seen out;
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) {
+        const float *to = j->to_normal[c], *at = j->to_frame[c];
+        n[c] = shd_mad(moved[2], shd_vf_set(to[2]),
+                       shd_mad(moved[1], shd_vf_set(to[1]),
+                               shd_mad(moved[0], shd_vf_set(to[0]), shd_vf_set(j->normal[c]))));
+        out.moved[c] = shd_mad(moved[2], shd_vf_set(at[2]),
+                               shd_mad(moved[1], shd_vf_set(at[1]), moved[0] * shd_vf_set(at[0])));
+        w[c] = shd_mad(y, shd_vf_set(j->seen_y[c]),
+                       shd_mad(x, shd_vf_set(j->seen_x[c]), shd_vf_set(j->seen[c])));
+    }
+    const shd_vf length = one / shd_vf_sqrt(dot_lanes(n, n)),
+                 inverse = one / shd_vf_sqrt(dot_lanes(w, w)),
+                 along = (root + root) * shd_vf_set(j->along) * length * inverse;
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) {
+        out.normal[c] = n[c] * length;
+        out.mirror[c] = shd_mad(w[c], inverse, along * out.normal[c]);
+    }
+    return out;
+}
+
 /* From o, beside the middle m of the surface, the ray o + s w meets the ball where |m + o + s w| =
  * 1. With q = m + o, b = q.w, and c = |q|^2 - 1 = o.(m + q), which does not cancel, that is
  * s = c / (root - b) with root = sqrt(b^2 - |w|^2 c), and N.w is -root there. A plane has m for its
- * normal, c = 2 o.m, and root = -b. */
-SHD_INLINE seen meet(const shd_sketch_job *j, int i, bool curved) {
+ * normal, c = 2 o.m, and root = -b. An ellipsoid is met in a frame of its own, from which maps lead
+ * to points and to normals' directions. */
+SHD_INLINE seen meet(const shd_sketch_job *j, int i, shd_sketch_form form) {
+    const bool curved = form != SHD_SKETCH_PLANE;
     const shd_vf x = shd_vf_load(across + i), y = shd_vf_load(down + i);
     shd_vf w[3], o[3], m[3], sum[3], q[3];
     seen out;
@@ -39,8 +69,14 @@ SHD_INLINE seen meet(const shd_sketch_job *j, int i, bool curved) {
     }
     const shd_vf b = dot_lanes(q, w), away = dot_lanes(o, sum), square = dot_lanes(w, w),
                  root = curved ? shd_vf_sqrt(shd_mad(-square, away, b * b)) : -b,
-                 s = away / (root - b), inverse = shd_vf_set(1) / shd_vf_sqrt(square),
-                 twice = (root + root) * inverse;
+                 s = away / (root - b);
+    if (form == SHD_SKETCH_ELLIPSOID) {
+        shd_vf moved[3];
+#pragma GCC unroll 3
+        for (int c = 0; c < 3; c++) moved[c] = shd_mad(s, w[c], o[c]);
+        return place(j, x, y, moved, root);
+    }
+    const shd_vf inverse = shd_vf_set(1) / shd_vf_sqrt(square), twice = (root + root) * inverse;
 #pragma GCC unroll 3
     for (int c = 0; c < 3; c++) {
         const shd_vf moved = shd_mad(s, w[c], o[c]);
@@ -69,8 +105,8 @@ SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], 
 /* Adds a light. Sets the lanes of `unknown` in which f32 does not tell whether there is a
  * highlight, which may be where N.L `turns` its sign. */
 SHD_INLINE void add_light(const shd_sketch_place *place, const shd_sketch_group *group,
-                          size_t lobe_count, const seen *at, bool turns, shd_vf rgb[3],
-                          shd_mf *unknown) {
+                          size_t lobe_count, const seen *at, bool turns, float turned2,
+                          shd_vf rgb[3], shd_mf *unknown) {
     const shd_sketch_light *light = place->light;
     const shd_packed_light *from = light->from;
     const bool directional = from->kind == SHD_KIND_DIRECTIONAL;
@@ -87,7 +123,7 @@ SHD_INLINE void add_light(const shd_sketch_place *place, const shd_sketch_group 
     shd_mf lit = shd_vf_gt(one, none);
     if (turns) {
         lit = shd_vf_gt(facing, none);
-        const shd_vf off2 = d2 * shd_vf_set((float)(SHD_SKETCH_TURNED * SHD_SKETCH_TURNED));
+        const shd_vf off2 = d2 * shd_vf_set(turned2);
         if (place->shines)
             *unknown = shd_mf_or(*unknown, shd_vf_gt_in(shd_vf_gt(off2, facing * facing),
                                                         dot_lanes(at->mirror, path), none));
@@ -118,20 +154,20 @@ SHD_INLINE void store_rows(shd_vf v, int i, size_t stride, float *out) {
 #endif
 }
 
-SHD_INLINE bool sketch(const shd_sketch_job *j, bool curved, size_t lobe_count, size_t stride,
-                       float *const out[3]) {
+SHD_INLINE bool sketch(const shd_sketch_job *j, shd_sketch_form form, size_t lobe_count,
+                       size_t stride, float *const out[3]) {
     const shd_sketch_group *group = j->group;
     shd_mf unknown = shd_vf_gt(shd_vf_set(0), shd_vf_set(0));
     for (int i = 0; i < SHD_SKETCH_PIXELS; i += SHD_W) {
-        const seen at = meet(j, i, curved);
+        const seen at = meet(j, i, form);
         shd_vf rgb[3];
 #pragma GCC unroll 3
         for (int c = 0; c < 3; c++) rgb[c] = shd_vf_set(group->constant[c]);
         for (size_t k = 0; k < j->count; k++)
             if (j->places[k].turns)
-                add_light(&j->places[k], group, lobe_count, &at, true, rgb, &unknown);
+                add_light(&j->places[k], group, lobe_count, &at, true, j->turned2, rgb, &unknown);
             else
-                add_light(&j->places[k], group, lobe_count, &at, false, rgb, &unknown);
+                add_light(&j->places[k], group, lobe_count, &at, false, 0, rgb, &unknown);
 #pragma GCC unroll 3
         for (int c = 0; c < 3; c++) store_rows(rgb[c], i, stride, out[c]);
     }
@@ -141,10 +177,12 @@ SHD_INLINE bool sketch(const shd_sketch_job *j, bool curved, size_t lobe_count, 
 bool SHD_VARIANT(shd_sketch)(const shd_sketch_job *j, size_t stride, float *const out[3]) {
     const size_t lobes = j->group->lobe_count;
 #if defined(SHD_ONE_BODY)
-    return sketch(j, j->curved, lobes, stride, out);
+    return sketch(j, j->form, lobes, stride, out);
 #else
 #define FORM(lobes)                                                                                \
-    (j->curved ? sketch(j, true, lobes, stride, out) : sketch(j, false, lobes, stride, out))
+    (j->form == SHD_SKETCH_PLANE  ? sketch(j, SHD_SKETCH_PLANE, lobes, stride, out)                \
+     : j->form == SHD_SKETCH_BALL ? sketch(j, SHD_SKETCH_BALL, lobes, stride, out)                 \
+                                  : sketch(j, SHD_SKETCH_ELLIPSOID, lobes, stride, out))
     return lobes == 0 ? FORM(0) : lobes == 1 ? FORM(1) : FORM(lobes);
 #endif
 }

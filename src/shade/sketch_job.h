@@ -27,11 +27,22 @@ typedef struct shd_sketch_place {
     bool shines; /* highlights may be there */
 } shd_sketch_place;
 
+typedef enum shd_sketch_form {
+    SHD_SKETCH_PLANE,
+    SHD_SKETCH_BALL,
+    SHD_SKETCH_ELLIPSOID
+} shd_sketch_form;
+
 typedef struct shd_sketch_job {
     const shd_sketch_group *group;
-    bool curved; /* as shd_block_rays, rounded: */
+    shd_sketch_form form;
+    float turned2; /* the square of what N.L is off by at most */
+    /* As shd_block_rays, rounded: */
     float middle[3], way[3], way_x[3], way_y[3], at_x[3], at_y[3];
     float scale; /* from the unit of rays to the plan's frame */
+    /* Of an ellipsoid: from the frame of the rays to the plan's, and to normals, which are unit in
+     * the middle; N there, and the rays in the world, `along` times which is -N.w for b = -1. */
+    float to_frame[3][3], to_normal[3][3], normal[3], seen[3], seen_x[3], seen_y[3], along;
     size_t count;
     shd_sketch_place places[SHD_SKETCH_LIGHTS];
 } shd_sketch_job;

@@ -10,6 +10,10 @@
  * From N.N'' = -|N'|^2, N'' is 2 t' d' and t times d'' in the same way, and |N'|^2 / c of d:
  *     |N''| <= (2 |t'| |d'| + t |d''|) / c + |N'|^2 / c
  *
+ * An ellipsoid. It is such a sphere in the frame in which rays are w / |w| of F w. With n = F^T u,
+ * u the sphere's normal, and g = |F| / |n|, N is n / |n|, and as |n'| <= |F| |u'|, |N'| <= g |u'|,
+ * |N''| <= g |u''| + 3 (g |u'|)^2
+ *
  * A plane. N' = 0, and P = eye + t d stays in it: the same without the last term.
  *
  * Orthographic. d' = 0, and the ray's origin moves by s at right angles to d: as t d' above, and
@@ -76,12 +80,17 @@ static beam beam_of(const shd_lens *lens, double x, double y, double reach) {
                   1 / length};
 }
 
-/* The rays, which meet the middle's point after `t` units. */
-static void set_rays(const shd_lens *lens, const beam *b, double t, double cosine, double size,
-                     bool curved, shd_block_rays *out) {
+/* The rays, which meet the middle's point after `t` units; the beam is in a frame of its own, or
+ * `from_world` is NULL. */
+static void set_rays(const shd_lens *lens, const beam *b, const shd_affine *from_world, double t,
+                     double cosine, double size, bool curved, shd_block_rays *out) {
     const shd_camera *camera = lens->camera;
-    const shd_vec3 right = shd_scale(camera->right, lens->step_x),
-                   down = shd_scale(camera->up, -lens->step_y);
+    shd_vec3 right = shd_scale(camera->right, lens->step_x),
+             down = shd_scale(camera->up, -lens->step_y);
+    if (from_world) {
+        right = shd_linear(from_world, right);
+        down = shd_linear(from_world, down);
+    }
     *out = (shd_block_rays){.curved = curved, .size = size, .cosine = cosine, .way = b->way};
     if (b->orthographic) {
         out->at_x = shd_scale(right, 1 / size);
@@ -107,10 +116,14 @@ static void set_slopes(const beam *b, double t, double cosine, double size, doub
     out->views = (shd_slopes){b->turn, 1.5 * b->turn * b->turn};
 }
 
-/* In units of the radius, around the center. */
-static bool bend_ball(const shd_lens *lens, const shd_item *it, const beam *b, shd_bend *out,
-                      shd_block_rays *rays) {
-    const shd_vec3 eye = shd_madd(it->eye, b->origin, 1 / it->size);
+/* Where rays meet a ball of radius 1. */
+typedef struct strike {
+    shd_vec3 normal; /* at the middle, which is met after `t`; no other is met after `farthest` */
+    double t, farthest, cosine;
+} strike;
+
+/* In units of the radius, around the center; `size` is one of the beam's. */
+static bool strike_ball(shd_vec3 eye, const beam *b, double size, strike *out) {
     const double along = shd_dot(eye, b->way), away = shd_length(eye);
     const shd_vec3 foot = shd_madd(eye, b->way, -along);
     const double beside = shd_length(foot);
@@ -118,7 +131,7 @@ static bool bend_ball(const shd_lens *lens, const shd_item *it, const beam *b, s
     /* How far the rays' lines are from the center at most, and the eye from their feet. */
     double outer, ahead;
     if (b->orthographic) {
-        outer = beside + b->aside / it->size;
+        outer = beside + b->aside / size;
         ahead = -along;
     } else {
         outer = beside * b->cosine - along * b->sine;
@@ -130,10 +143,72 @@ static bool bend_ball(const shd_lens *lens, const shd_item *it, const beam *b, s
     if (!(cosine > LEAST_COSINE)) return false;
     if (b->orthographic && !(ahead > 1 + 1e-3)) return false;
     const double half = sqrt(1 - beside * beside);
-    out->normal = shd_madd(foot, b->way, -half);
+    *out = (strike){shd_madd(foot, b->way, -half), -along - half, ahead - cosine + SLACK * away,
+                    cosine};
+    return true;
+}
+
+static bool bend_ball(const shd_lens *lens, const shd_item *it, const beam *b, shd_bend *out,
+                      shd_block_rays *rays) {
+    strike s;
+    if (!strike_ball(shd_madd(it->eye, b->origin, 1 / it->size), b, it->size, &s)) return false;
+    out->normal = s.normal;
     out->point = shd_madd(it->to_world.origin, out->normal, it->size);
-    set_slopes(b, ahead - cosine + SLACK * away, cosine, it->size, 1, out);
-    if (rays) set_rays(lens, b, -along - half, cosine, it->size, true, rays);
+    set_slopes(b, s.farthest, s.cosine, it->size, 1, out);
+    if (!rays) return true;
+    set_rays(lens, b, NULL, s.t, s.cosine, it->size, true, rays);
+    rays->middle = s.normal;
+    return true;
+}
+
+/* The beam in a frame that lengths are `wide` times as long in at most. False: its rays may go
+ * anywhere there. */
+static bool carry_beam(const shd_lens *lens, const beam *b, const shd_affine *from_world,
+                       double wide, beam *out) {
+    const shd_vec3 way = shd_linear(from_world, b->way), origin = shd_linear(from_world, b->origin);
+    const double length = shd_length(way), step = wide * fmax(lens->step_x, lens->step_y),
+                 inverse = b->inverse / length, sine = wide * b->sine / length + SLACK;
+    const shd_vec3 unit = shd_scale(way, 1 / length);
+    if (b->orthographic) {
+        *out = (beam){true, origin, unit, wide * b->aside, 0, 1, step, 0, 1};
+        return length > 0;
+    }
+    if (!(sine < 0.5)) return false;
+    *out =
+        (beam){false,  origin, unit, 0, sine, sqrt(1 - sine * sine), 0, step * inverse / (1 - sine),
+               inverse};
+    return true;
+}
+
+/* A ball in a frame of its own. */
+static bool bend_ellipsoid(const shd_lens *lens, const shd_item *it, const beam *b, shd_bend *out,
+                           shd_block_rays *rays) {
+    const double wide = shd_norm(&it->from_world), stretch = shd_norm(&it->to_world);
+    beam own;
+    strike s;
+    if (!carry_beam(lens, b, &it->from_world, wide, &own) ||
+        !strike_ball(shd_add(it->eye, own.origin), &own, 1, &s))
+        return false;
+    set_slopes(&own, s.farthest, s.cosine, 1, 1, out);
+    const double(*f)[3] = it->from_world.linear;
+    const shd_vec3 u = s.normal, n = {f[0][0] * u.x + f[1][0] * u.y + f[2][0] * u.z,
+                                      f[0][1] * u.x + f[1][1] * u.y + f[2][1] * u.z,
+                                      f[0][2] * u.x + f[1][2] * u.y + f[2][2] * u.z};
+    const double length = shd_length(n), turned = wide * out->normals.first * out->reach;
+    if (!(4 * turned < length)) return false;
+    const double g = wide / (length - turned), first = g * out->normals.first;
+    out->normal = shd_scale(n, 1 / length);
+    out->point = shd_add(it->to_world.origin, shd_linear(&it->to_world, u));
+    out->points = (shd_slopes){stretch * out->points.first, stretch * out->points.second};
+    out->normals = (shd_slopes){first, g * out->normals.second + 3 * first * first};
+    out->views = (shd_slopes){b->turn, 1.5 * b->turn * b->turn};
+    if (!rays) return true;
+    set_rays(lens, &own, &it->from_world, s.t, s.cosine, 1, true, rays);
+    rays->to_world = &it->to_world;
+    rays->from_world = &it->from_world;
+    rays->middle = u;
+    rays->to_normal = 1 / length;
+    rays->stretch = wide / length;
     return true;
 }
 
@@ -160,32 +235,42 @@ static bool bend_plane(const shd_sight *sight, const shd_item *it, const beam *b
     out->normal = normal;
     out->point = shd_madd(shd_add(it->to_world.origin, eye), b->way, height / straight);
     set_slopes(b, (height + b->aside) / cosine, cosine, 1, 0, out);
-    if (rays) set_rays(&sight->lens, b, height / straight, cosine, 1, false, rays);
+    if (!rays) return true;
+    set_rays(&sight->lens, b, NULL, height / straight, cosine, 1, false, rays);
+    rays->middle = normal;
     return true;
 }
 
-const shd_item *shd_sight_only(const shd_sight *sight, const shd_survey *survey, size_t block,
-                               shd_middle *out) {
+/* As shd_sight_only, of ellipsoids, too. */
+static const shd_item *find_only(const shd_sight *sight, const shd_survey *survey, size_t block,
+                                 shd_middle *out) {
     const shd_block *seen = &survey->blocks[block];
     if (seen->count != 1 || seen->next < survey->candidate_count) return NULL;
     const uint32_t object = survey->candidates[seen->first];
     const shd_item *it = &sight->items[object];
-    if (!it->ball && it->shape != SHD_PLANE) return NULL;
+    if (it->shape != SHD_SPHERE && it->shape != SHD_PLANE) return NULL;
     const size_t across = (size_t)survey->across;
     *out = (shd_middle){object, survey->rect.x + (double)(block % across) * SHD_BLOCK_SIDE + HALF,
                         survey->rect.y + (double)(block / across) * SHD_BLOCK_SIDE + HALF};
     return it;
 }
 
+const shd_item *shd_sight_only(const shd_sight *sight, const shd_survey *survey, size_t block,
+                               shd_middle *out) {
+    const shd_item *it = find_only(sight, survey, block, out);
+    return it && (it->ball || it->shape == SHD_PLANE) ? it : NULL;
+}
+
 bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,
                     shd_block_rays *rays) {
     shd_middle middle;
-    const shd_item *it = shd_sight_only(sight, survey, block, &middle);
+    const shd_item *it = find_only(sight, survey, block, &middle);
     if (!it) return false;
     out->reach = HALF * 1.4142135624;
     const beam b = beam_of(&sight->lens, middle.x, middle.y, out->reach);
     out->object = middle.object;
     out->view = shd_scale(b.way, -1);
-    return it->ball ? bend_ball(&sight->lens, it, &b, out, rays)
-                    : bend_plane(sight, it, &b, out, rays);
+    return it->ball                 ? bend_ball(&sight->lens, it, &b, out, rays)
+           : it->shape == SHD_PLANE ? bend_plane(sight, it, &b, out, rays)
+                                    : bend_ellipsoid(&sight->lens, it, &b, out, rays);
 }

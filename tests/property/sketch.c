@@ -1,6 +1,6 @@
-/* What draft sketches is as near to the model as is proven: on spheres and planes of any size, from
- * anywhere, under lights of the kinds that are sketched, for any exponent; against an evaluation in
- * longer floats that shares nothing with it. */
+/* What draft sketches is as near to the model as is proven: on balls, ellipsoids and planes of any
+ * size, from anywhere, under lights of the kinds that are sketched, for any exponent; against an
+ * evaluation in longer floats that shares nothing with it. */
 #include "shade/sketch.h"
 #include "property/pieces.h"
 #include "sight/bend.h"
@@ -68,7 +68,12 @@ static char *scene(uint64_t seed) {
     }
     fprintf(w.out, "], \"objects\": [{\"type\": \"%s\", \"transform\": {",
             ball ? "sphere" : "plane");
-    if (ball)
+    if (ball && seed % 2)
+        fprintf(w.out, "\"scale\": [%.17g, %.17g, %.17g], \"rotate\": [%.17g, %.17g, 0]}",
+                size * uniform(&random, 0.5, 1), size * uniform(&random, 0.5, 1),
+                size * uniform(&random, 0.5, 1), uniform(&random, 0, 360),
+                uniform(&random, 0, 360));
+    else if (ball)
         fprintf(w.out, "\"scale\": %.17g}", size);
     else
         fprintf(w.out, "\"rotate\": [%.17g, %.17g, 0]}", uniform(&random, 5, 90),
@@ -82,6 +87,20 @@ static char *scene(uint64_t seed) {
 }
 
 /* ---- The model. ---- */
+
+static vec apply(const shd_affine *m, vec v) {
+    const double(*a)[3] = m->linear;
+    return (vec){a[0][0] * v.x + a[0][1] * v.y + a[0][2] * v.z,
+                 a[1][0] * v.x + a[1][1] * v.y + a[1][2] * v.z,
+                 a[2][0] * v.x + a[2][1] * v.y + a[2][2] * v.z};
+}
+
+static vec apply_transposed(const shd_affine *m, vec v) {
+    const double(*a)[3] = m->linear;
+    return (vec){a[0][0] * v.x + a[1][0] * v.y + a[2][0] * v.z,
+                 a[0][1] * v.x + a[1][1] * v.y + a[2][1] * v.z,
+                 a[0][2] * v.x + a[1][2] * v.y + a[2][2] * v.z};
+}
 
 typedef struct spot {
     vec point, normal, view;
@@ -107,18 +126,24 @@ static bool meet(const shd_sight *sight, double x, double y, spot *out) {
         out->point = madd(eye, way, t);
         return t > 0;
     }
-    const real size = object->radius * (real)object->transform.linear[0][0], along = dot(eye, way);
-    const vec foot = madd(eye, way, -along);
-    const real inside = size * size - dot(foot, foot);
+    /* In the frame in which it is a ball of radius 1: one in the world only scales. */
+    const shd_affine *map = &sight->items->from_world;
+    const vec from = apply(map, eye), toward = apply(map, way);
+    const real square = dot(toward, toward), along = dot(from, toward) / square;
+    const vec foot = madd(from, toward, -along);
+    const real inside = 1 - dot(foot, foot);
     if (!(inside > 0)) return false;
-    out->point = madd(foot, way, -sqrtl(inside));
-    out->normal = unit(out->point);
+    const real back = sqrtl(inside / square);
+    out->point = madd(eye, way, -along - back);
+    out->normal = unit(apply_transposed(map, madd(foot, toward, -back)));
     return true;
 }
 
 /* The color, and what errs by: the units of directions and of all else that are proven. */
-static void shade(const shd_plan *plan, const spot *at, real color[3], real room[3]) {
-    static const real U = 0x1p-24L, FACING = 52, DIRECTION = 170, RELATIVE = 40;
+static void shade(const shd_plan *plan, bool ellipsoid, const spot *at, real color[3],
+                  real room[3]) {
+    const real U = 0x1p-24L, FACING = ellipsoid ? 150 : 52, DIRECTION = ellipsoid ? 460 : 170,
+               RELATIVE = ellipsoid ? 42 : 40;
     const shd_plan_material *m = &plan->materials[plan->groups[0].material];
     const vec mirror =
         madd(madd((vec){0, 0, 0}, at->normal, 2 * dot(at->normal, at->view)), at->view, -1);
@@ -167,7 +192,8 @@ static void check_block(const shd_sight *sight, const shd_survey *survey, size_t
         spot at = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
         real wanted[3], room[3];
         if (!meet(sight, x, y, &at)) fail_msg("a ray misses: %s", json);
-        shade(sight->plan, &at, wanted, room);
+        shade(sight->plan, sight->items->shape == SHD_SPHERE && !sight->items->ball, &at, wanted,
+              room);
         for (int c = 0; c < 3; c++) {
             const real off = fabsl((real)rgb[c][i] - wanted[c]);
             if (!(off <= room[c]))

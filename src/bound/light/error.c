@@ -24,6 +24,12 @@ static const shd_path_error sketched[] = {
     [SHD_PATH_POINT] = {52 * U32, 20 * U32, 170 * U32},
     [SHD_PATH_ATTENUATED] = {52 * U32, 40 * U32, 170 * U32},
 };
+/* The same on ellipsoids: 14, 127 and 434 units. */
+static const shd_path_error sketched_ellipsoids[] = {
+    [SHD_PATH_DIRECTIONAL] = {150 * U32, 1.2 * U32, 460 * U32},
+    [SHD_PATH_POINT] = {150 * U32, 21 * U32, 460 * U32},
+    [SHD_PATH_ATTENUATED] = {150 * U32, 42 * U32, 460 * U32},
+};
 /* Of N.V, the products and the difference, and because N and V are not unit to the last digit. */
 static const shd_path_error exact = {4 * U64, 8 * U64, 8 * U64};
 
@@ -39,8 +45,8 @@ const shd_path_error *shd_path_error_of(shd_rounding rounding, shd_path path) {
                                           : &loose[path];
 }
 
-const shd_path_error *shd_sketch_error_of(shd_path path) {
-    return &sketched[path];
+const shd_path_error *shd_sketch_error_of(bool ellipsoid, shd_path path) {
+    return ellipsoid ? &sketched_ellipsoids[path] : &sketched[path];
 }
 
 double shd_color_error(const shd_plan *plan, shd_tier tier) {

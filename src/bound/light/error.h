@@ -39,8 +39,8 @@ shd_rounding shd_rounding_of(shd_tier tier, shd_isa isa);
 const shd_path_error *shd_path_error_of(shd_rounding rounding, shd_path path);
 
 /* Of a plan that is sketched (shade/sketch.h), whose lobes are SHD_ROUNDS_LOOSE: no less than the
- * standard tier's, which draws the rest of its pictures. */
-const shd_path_error *shd_sketch_error_of(shd_path path);
+ * standard tier's, which draws the rest of its pictures. On ellipsoids, or on balls and planes. */
+const shd_path_error *shd_sketch_error_of(bool ellipsoid, shd_path path);
 
 /* The relative error of a color. It counts the sum of a group of lights in f32 (or the rounding of
  * an f64 sum to f32), products with the material, interpolation between vertices, the mean of a

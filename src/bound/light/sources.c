@@ -13,9 +13,16 @@ static shd_path path_of(const shd_plan_light *light) {
                                               : SHD_PATH_POINT;
 }
 
+/* As sight/ finds balls. */
+static bool is_ellipsoid(const shd_object *object) {
+    double axes[3];
+    const shd_affine to_world = shd_object_to_world(object);
+    return object->shape == SHD_SPHERE && !shd_is_similar(&to_world, axes);
+}
+
 static const shd_path_error *error_of(const shd_finding *f, const shd_plan_light *light) {
     return f->plan->sketched
-               ? shd_sketch_error_of(path_of(light))
+               ? shd_sketch_error_of(is_ellipsoid(f->place.object), path_of(light))
                : shd_path_error_of(shd_rounding_of(f->tier, f->plan->isa), path_of(light));
 }
 
