@@ -183,7 +183,7 @@ static bool carry_beam(const shd_lens *lens, const beam *b, const shd_affine *fr
 /* A ball in a frame of its own. */
 static bool bend_ellipsoid(const shd_lens *lens, const shd_item *it, const beam *b, shd_bend *out,
                            shd_block_rays *rays) {
-    const double wide = shd_norm(&it->from_world), stretch = shd_norm(&it->to_world);
+    const double wide = it->widest, stretch = it->longest;
     beam own;
     strike s;
     if (!carry_beam(lens, b, &it->from_world, wide, &own) ||
@@ -273,4 +273,19 @@ bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t blo
     return it->ball                 ? bend_ball(&sight->lens, it, &b, out, rays)
            : it->shape == SHD_PLANE ? bend_plane(sight, it, &b, out, rays)
                                     : bend_ellipsoid(&sight->lens, it, &b, out, rays);
+}
+
+bool shd_sight_misses(const shd_sight *sight, const shd_survey *survey, size_t block) {
+    shd_middle middle;
+    const shd_item *it = find_only(sight, survey, block, &middle);
+    if (!it || it->ball || it->shape == SHD_PLANE) return false;
+    const beam b = beam_of(&sight->lens, middle.x, middle.y, HALF * 1.4142135624);
+    beam own;
+    if (!carry_beam(&sight->lens, &b, &it->from_world, it->widest, &own)) return false;
+    const shd_vec3 eye = shd_add(it->eye, own.origin);
+    const double along = shd_dot(eye, own.way), away = shd_length(eye),
+                 beside = shd_length(shd_madd(eye, own.way, -along)),
+                 inner = b.orthographic ? beside - own.aside
+                                        : beside * own.cosine + fmin(along, 0) * own.sine;
+    return away < FARTHEST && inner > 1 + SLACK * (1 + away);
 }

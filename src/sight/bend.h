@@ -11,6 +11,10 @@
 bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,
                     shd_block_rays *rays);
 
+/* Whether the block's rays all miss the ellipsoid that alone may be seen through it: surveys know
+ * the ball around it. */
+bool shd_sight_misses(const shd_sight *sight, const shd_survey *survey, size_t block);
+
 /* A quarter of a block, from left to right and down, from 0 on, or all of it. */
 enum { SHD_QUARTERS = 4, SHD_WHOLE = 4 };
 

@@ -56,7 +56,9 @@ typedef struct shd_item {
      * relative to to_world.origin first. */
     shd_affine to_world, from_world;
     shd_affine normal_map;
-    shd_vec3 forward;        /* the rays' direction there, in an orthographic camera */
+    double widest,
+        longest;      /* how much from_world and to_world lengthen: of ellipsoids, for drafts */
+    shd_vec3 forward; /* the rays' direction there, in an orthographic camera */
     shd_triangles triangles; /* of SHD_MESH */
     shd_mesh_view view;
     const double *units; /* [vertex_count][3]: these normals, unit */

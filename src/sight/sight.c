@@ -229,6 +229,10 @@ static shd_status make_item(shd_sight *sight, size_t index, shd_arena *arena, sh
                            "this object's size and transform are singular");
     it->normal_map = shd_normal_map(&it->to_world);
     double axes[3];
+    if (it->shape == SHD_SPHERE && shd_plan_is_draft(plan)) {
+        it->widest = shd_norm(&it->from_world);
+        it->longest = shd_norm(&it->to_world);
+    }
     it->similar = shd_is_similar(&it->to_world, axes);
     it->size = axes[0];
     if (it->similar)

@@ -74,9 +74,9 @@ static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scra
     const bool one = plan->scene->raster.samples == 1;
     shd_bend bend;
     shd_block_rays rays;
-    if (!shd_sight_bend(scenery->sight, &s->survey, block, &bend, &rays) ||
-        plan->materials[plan->objects[bend.object].material].textures)
-        return LOOK_AT_ALL;
+    if (!shd_sight_bend(scenery->sight, &s->survey, block, &bend, &rays))
+        return shd_sight_misses(scenery->sight, &s->survey, block) ? LOOK_DONE : LOOK_AT_ALL;
+    if (plan->materials[plan->objects[bend.object].material].textures) return LOOK_AT_ALL;
     if (!one && (!shd_plan_is_thin(plan) ||
                  !shd_mean_is_central(plan, &bend, &s->spread, &plan->mean_room)))
         return LOOK_AT_ALL;
