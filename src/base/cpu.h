@@ -2,7 +2,8 @@
  *
  * Files named *.simd.c are compiled once for each (see CMakeLists.txt), each time with another
  * SHD_ISA. Their exported names end with SHD_VARIANT. Every variant gives the same bits, but one
- * without an instruction that fuses (base/simd.h): it lights the standard tier in f64. */
+ * without an instruction that fuses (base/simd.h): it rounds f32 products of lights by themselves.
+ */
 #pragma once
 
 #include <stdbool.h>
@@ -17,8 +18,9 @@ typedef enum shd_isa {
 /* Whether the variant was compiled in and this machine can run it. */
 bool shd_cpu_has(shd_isa isa);
 
-/* Whether the variant has an instruction that fuses f32 products into sums. Without it, emulation
- * would take three times as long as f64. */
+/* Whether the variant has an instruction that fuses f32 products into sums. Without it,
+ * kernels round products by themselves, or are in f64, for emulation would take longer than that.
+ */
 bool shd_isa_fuses(shd_isa isa);
 
 /* The widest variant that this machine has. */

@@ -27,9 +27,9 @@ typedef struct shd_block_rays {
     double size, cosine;                    /* a unit's length; N.V is no less than `cosine` */
     shd_vec3 way, way_x, way_y, at_x, at_y; /* `way` is unit */
     shd_vec3 middle;                        /* the normal there */
-    /* An ellipsoid is a ball, and all this is so, in a frame of its own, which these map; NULL: this
-     * is the world's. The transpose of from_world times `to_normal` makes N of `middle`, and no other
-     * vector more than `stretch` times as long. */
+    /* An ellipsoid is a ball, and all this is so, in a frame of its own, which these map; NULL:
+     * this is the world's. The transpose of from_world times `to_normal` makes N of `middle`, and
+     * no other vector more than `stretch` times as long. */
     const shd_affine *to_world, *from_world;
     double to_normal, stretch;
 } shd_block_rays;

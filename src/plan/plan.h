@@ -176,7 +176,7 @@ typedef struct shd_plan {
     /* What one sample at a pixel's center, which `draft` takes where a surface is smooth, may be
      * off the mean of all samples (bound/light/means.h). 0 and 0: all samples are taken. */
     shd_mean_room mean_room;
-    /* Whether `draft` draws blocks that see one ball or plane in f32 from rays to colors
+    /* Whether `draft` draws blocks that see one ball, ellipsoid or plane in f32 from rays to colors
      * (shade/sketch.h), where that is not of another way. */
     bool sketched;
     shd_bound bound; /* of the picture's error, which counts all of these */

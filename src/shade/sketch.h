@@ -1,5 +1,5 @@
-/* Draft's own way: a block of pixels through which one ball or plane is seen, in f32 from the eye's
- * rays to colors, without hits or sums in between.
+/* Draft's own way: a block of pixels through which one ball, ellipsoid or plane is seen, in f32
+ * from the eye's rays to colors, without hits or sums in between.
  *
  * All is told from the middle of the block, which f64 finds (plan/bend.h): where a ray meets the
  * surface, and lights, are differences from there, so that f32 rounds what is as small as the block

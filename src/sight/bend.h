@@ -5,9 +5,9 @@
 #include "sight/sight.h"
 
 /* True: all rays through the survey's block, whichever of its 8 x 8 pixels are in the picture, hit
- * one sphere from outside or one plane, which `out` then tells of, and `rays` (or NULL) of the
- * rays. False: another thing is seen, or it is not known. It takes some 100 ns. The derivatives'
- * proof is in bend.c. */
+ * one ball or ellipsoid from outside or one plane, which `out` then tells of, and `rays` (or NULL)
+ * of the rays. False: another thing is seen, or it is not known. It takes some 100 ns. The
+ * derivatives' proof is in bend.c. */
 bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,
                     shd_block_rays *rays);
 

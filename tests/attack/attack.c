@@ -39,7 +39,7 @@ typedef struct attack {
     int threads;
     const char *folder, *page;
     const char *kernel; /* NULL: the widest */
-    bool one; /* a seed alone */
+    bool one;           /* a seed alone */
     double began;
     atomic_uint_fast64_t next;
     pthread_mutex_t mutex; /* of what follows, and of what is printed */
