@@ -36,6 +36,12 @@ static inline bool shd_may_be_walked(const shd_plan_material *m, size_t term) {
     return !shd_is_symmetric(m->model, term) || (term > 0 && m->pointwise);
 }
 
+/* Whether samples that see the material may share walks (render/tiles/smooth.h). */
+static inline bool shd_may_share_walks(const shd_plan *plan, const shd_plan_material *m) {
+    return !plan->bins && plan->glows && plan->moments && m->model != SHD_MODEL_PHONG &&
+           !m->pointwise && !m->normal;
+}
+
 /* How wide a lobe is, in radians: of half vectors, or of directions. */
 static inline double shd_around_width(shd_model model, double sharpness) {
     const double of_power = 1 / sqrt(shd_larger(sharpness, 1));

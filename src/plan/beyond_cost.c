@@ -61,13 +61,17 @@ static double shape_cost(const shd_plan_material *m, const shd_light *shape, int
 static double around_cost(const shd_plan *plan, const shd_plan_material *m,
                           const shd_plan_light *light) {
     static const double DIFFUSE = 90, LOBE = 500, QUADRATURE = 1e6, OF_ROOTS = 2.5e6, WALK = 6e5,
-                        QUICK = 4e4, SOME = 0.2 /* of points, where tables are of another lobe */;
+                        QUICK = 4e4, SOME = 0.2 /* of points, where tables are of another lobe */,
+                        OWN = 0.4 /* of walks, that a smooth ball has by one sample a pixel */;
+    const double walk = plan->glows ? QUICK * (shd_may_share_walks(plan, m)
+                                                   ? OWN / sqrt((double)plan->scene->raster.samples)
+                                                   : 1)
+                                    : WALK;
     double sum = 0;
     for (size_t t = m->has_diffuse ? 0 : 1; t < 1 + m->lobe_count; t++) {
         const double exponent = t ? m->lobes[t - 1].shininess : 1;
         if (!shd_is_symmetric(m->model, t))
-            sum += (plan->glows ? QUICK : WALK) *
-                   (t && m->indices ? ceil((double)plan->bins->count / 3) : 1);
+            sum += walk * (t && m->indices ? ceil((double)plan->bins->count / 3) : 1);
         else if (shd_find_glow(plan, m, light, t))
             sum += (t ? LOBE : DIFFUSE) + (shd_may_be_walked(m, t) ? SOME * QUICK : 0);
         else

@@ -46,11 +46,6 @@ static bool is_walked(const shd_plan *plan, const shd_plan_light *light) {
     return light->environment && plan->moments && plan->moments[light->around];
 }
 
-static bool may_know(const shd_plan *plan, const shd_plan_material *m) {
-    return !plan->bins && plan->glows && plan->moments && m->model != SHD_MODEL_PHONG &&
-           !m->pointwise && !m->normal;
-}
-
 /* Pairs of a material, at most SHD_KNOWN_MOST. */
 static void list_pairs(const shd_plan *plan, const shd_plan_material *m, const uint32_t *which,
                        size_t lights, shd_known *out) {
@@ -71,7 +66,7 @@ static size_t most_pairs(const shd_plan *plan) {
         const shd_plan_group *group = &plan->groups[g];
         const shd_plan_material *m = &plan->materials[group->material];
         shd_known known = {.count = 0};
-        if (!group->faceted && may_know(plan, m))
+        if (!group->faceted && shd_may_share_walks(plan, m))
             list_pairs(plan, m, group->lights, group->light_count, &known);
         if (known.count > most) most = known.count;
     }
@@ -353,7 +348,7 @@ const shd_known *shd_smooth_know(const shd_scenery *scenery, const shd_smooth_ru
                                  const shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
     shd_smooth *smooth = s->smooth;
-    if (!smooth || !may_know(plan, run->material)) return NULL;
+    if (!smooth || !shd_may_share_walks(plan, run->material)) return NULL;
     list_pairs(plan, run->material, run->which, run->lights, &smooth->known);
     if (!smooth->known.count) return NULL;
     const asked a = {scenery, run, smooth};
