@@ -124,18 +124,24 @@ static place find_all(const blocks *b, size_t count) {
     return worst;
 }
 
-/* What did not become shorter is as it was. */
+/* What did not become shorter is as it was. Blocks may be within others: once so much was read as
+ * there is in the file, or unpacked as all pictures have that are read, the rest is OpenEXR's to
+ * judge. */
 static bool unpack_all(const blocks *b, size_t count, struct libdeflate_decompressor *unpacker,
                        void *room, uint64_t bytes) {
+    uint64_t left = b->size, room_left = (uint64_t)2 << 30;
     for (size_t i = 0; i < count; i++) {
         const unsigned char *block;
         size_t length, made;
         const int64_t rows =
             i + 1 < count ? rows_of(b) : b->bottom - b->top + 1 - (int64_t)i * rows_of(b);
         const size_t whole = (size_t)(bytes * (uint64_t)rows);
-        if (find_block(b, i, &block, &length) == IN_PLACE && length < whole &&
-            libdeflate_zlib_decompress(unpacker, block, length, room, whole, &made) !=
-                LIBDEFLATE_SUCCESS)
+        if (find_block(b, i, &block, &length) != IN_PLACE || length >= whole) continue;
+        if (length > left || whole > room_left) break;
+        left -= length;
+        room_left -= whole;
+        if (libdeflate_zlib_decompress(unpacker, block, length, room, whole, &made) !=
+            LIBDEFLATE_SUCCESS)
             return false;
     }
     return true;

@@ -148,14 +148,29 @@ shd_status shd_decode_walk_tiff(const unsigned char *data, size_t size, shd_erro
     return SHD_OK;
 }
 
-/* Less than all that is wanted is libtiff's to judge. */
+/* How many strips or tiles the picture has; a file may list more, which nobody reads. */
+static uint64_t count_pieces(const picture *p, uint64_t rows) {
+    const uint64_t planes = p->planes == 1 ? 1 : p->samples;
+    if (!p->is_tiled) return planes * ((p->high + rows - 1) / rows);
+    return planes * ((p->high + p->tile_high - 1) / p->tile_high) *
+           ((p->wide + p->tile_wide - 1) / p->tile_wide);
+}
+
+/* Of `count` pieces of `bytes`, as far as these are not more than all pictures' that are read.
+ * Pieces may be where others are: once so much was read as there is in the file, all others are
+ * libtiff's to judge, and so is one that is shorter than it is to be, or longer, as which some
+ * write the last strip. */
 static bool unpack_all(const file *f, const picture *p, struct libdeflate_decompressor *unpacker,
-                       void *room, size_t bytes) {
-    for (uint64_t i = 0, at, length; i < p->starts.count && i < p->sizes.count; i++) {
+                       uint64_t count, void *room, size_t bytes) {
+    const uint64_t all_most = (uint64_t)2 << 30;
+    uint64_t left = f->size;
+    for (uint64_t i = 0, at, length; i < count && i <= all_most / bytes; i++) {
         size_t made;
-        if (find_piece(f, p, i, &at, &length) && length &&
-            libdeflate_zlib_decompress(unpacker, f->data + at, (size_t)length, room, bytes,
-                                       &made) != LIBDEFLATE_SUCCESS)
+        if (!find_piece(f, p, i, &at, &length) || !length) continue;
+        if (length > left) break;
+        left -= length;
+        if (libdeflate_zlib_decompress(unpacker, f->data + at, (size_t)length, room, bytes,
+                                       &made) == LIBDEFLATE_BAD_DATA)
             return false;
     }
     return true;
@@ -172,10 +187,14 @@ shd_status shd_decode_check_tiff(const unsigned char *data, size_t size, shd_err
     const uint64_t rows = p.rows < p.high ? p.rows : p.high,
                    bytes = p.is_tiled ? count_bytes(&p, p.tile_wide, p.tile_high)
                                       : count_bytes(&p, p.wide, rows);
-    if (!bytes || bytes > PIECE_MOST) return SHD_OK;
+    if (!bytes || bytes > PIECE_MOST || p.wide > UINT32_MAX || p.high > UINT32_MAX) return SHD_OK;
+    uint64_t count = count_pieces(&p, rows);
+    if (p.starts.count < count) count = p.starts.count;
+    if (p.sizes.count < count) count = p.sizes.count;
     struct libdeflate_decompressor *unpacker = libdeflate_alloc_decompressor();
     void *room = malloc((size_t)bytes);
-    const bool good = !unpacker || !room || unpack_all(&f, &p, unpacker, room, (size_t)bytes);
+    const bool good =
+        !unpacker || !room || unpack_all(&f, &p, unpacker, count, room, (size_t)bytes);
     free(room);
     libdeflate_free_decompressor(unpacker);
     return good ? SHD_OK : shd_fail(error, SHD_SCENE, "", "TIFF: its rows do not unpack");

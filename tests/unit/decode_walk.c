@@ -162,6 +162,51 @@ static void packed_rows_of_a_tiff_are_looked_at(void **state) {
         check(&f, shd_decode_check_tiff, size, &error);
 }
 
+enum { SHARED = 200 }; /* strips, of which each but one is where the first is */
+
+/* Of rows of 20 zeros, each a strip: one more is listed that is no row of the picture. `bad` is
+ * where nothing unpacks; `more` is behind all. */
+static file make_shared(size_t bad, size_t more) {
+    static const unsigned char packed[] = {0x78, 0xda, 0x63, 0x60, 0xc0, 0x04,
+                                           0x00, 0x00, 0x14, 0x00, 0x01};
+    enum { ENTRIES = 7, LISTED = SHARED + 1, LISTS = 8 + 2 + 12 * ENTRIES + 4 };
+    const size_t first = LISTS + 8 * LISTED;
+    const tiff_kind kind = {.packing = 8};
+    file f = {.size = 0};
+    put_text(&f, "II");
+    put(&f, 42, 2);
+    put(&f, 8, 4);
+    put(&f, ENTRIES, 2);
+    put_entry(&f, &kind, 256, 4, 1, 20);
+    put_entry(&f, &kind, 257, 4, 1, SHARED);
+    put_entry(&f, &kind, 258, 3, 1, 8);
+    put_entry(&f, &kind, 259, 3, 1, kind.packing);
+    put_entry(&f, &kind, 278, 4, 1, 1);
+    put_entry(&f, &kind, 273, 4, LISTED, LISTS);
+    put_entry(&f, &kind, 279, 4, LISTED, LISTS + 4 * LISTED);
+    put(&f, 0, 4);
+    for (size_t i = 0; i < LISTED; i++) put(&f, i == bad ? first + 1 : first, 4);
+    for (size_t i = 0; i < LISTED; i++) put(&f, sizeof packed, 4);
+    memcpy(f.bytes + f.size, packed, sizeof packed);
+    f.size += sizeof packed + 1 + more;
+    return f;
+}
+
+/* What a small file lists cannot make the look long, however often one strip is named. */
+static void a_tiff_is_read_once(void **state) {
+    (void)state;
+    shd_error error;
+    for (size_t bad = 0; bad <= SHARED; bad++) {
+        const file small = make_shared(bad, 0), large = make_shared(bad, 20 * SHARED);
+        assert_int_equal(check(&large, shd_decode_check_tiff, large.size, &error),
+                         bad < SHARED ? SHD_SCENE : SHD_OK);
+        assert_int_equal(check(&small, shd_decode_check_tiff, small.size, &error),
+                         11 * (bad + 1) <= small.size && bad < SHARED ? SHD_SCENE : SHD_OK);
+    }
+    const file small = make_shared(0, 0);
+    assert_in_range(small.size, 11, 11 * SHARED);
+}
+
 /* ---- HDR ---- */
 
 static file make_hdr(const char *size, bool is_packed) {
@@ -344,6 +389,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_tiff_has_what_it_says),
         cmocka_unit_test(packed_rows_of_a_tiff_are_looked_at),
+        cmocka_unit_test(a_tiff_is_read_once),
         cmocka_unit_test(an_hdr_has_its_rows),
         cmocka_unit_test(a_jpeg_has_an_end_and_few_scans),
         cmocka_unit_test(each_block_of_an_exr_is_looked_at),
