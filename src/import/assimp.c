@@ -96,10 +96,12 @@ static void apply_alpha_mode(shd_map_reader *maps, const struct aiMaterial *m,
     float cutoff = 0.5f;
     if (aiGetMaterialString(m, ALPHA_MODE, &mode) != aiReturn_SUCCESS) return;
     get_float(m, ALPHA_CUTOFF, &cutoff);
-    out->cut_out = strcmp(mode.data, "OPAQUE") != 0;
-    if (!strcmp(mode.data, "OPAQUE"))
+    const bool mask = !strcmp(mode.data, "MASK"),
+               opaque = !strcmp(mode.data, "OPAQUE") || (mask && !cutoff); /* nothing is below 0 */
+    out->cut_out = !opaque;
+    if (opaque)
         out->opacity = 1;
-    else if (!strcmp(mode.data, "MASK")) {
+    else if (mask) {
         const float factor = out->opacity;
         out->opacity = factor >= cutoff;
         out->cutoff = cutoff;
