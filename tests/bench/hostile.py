@@ -33,7 +33,8 @@ up to 31 MB more are told where the measuring program held that much when it sta
   JPEG, strips and tiles of TIFF, blocks of OpenEXR, rows of HDR; of WebP by its library.
 - What is spoilt within is found before it is decoded where zlib has packed it: OpenEXR's ZIP and ZIPS, TIFF's deflate. Each
   block is unpacked once and its sum looked at, which takes a twentieth of what decoding does, of good pictures, too. That a
-  block of OpenEXR's is not where its rows are is found in the same way. PNG has sums, and HDR is walked through.
+  block of OpenEXR's is not where its rows are is found in the same way. PNG has sums, and HDR is walked through. Blocks that
+  share a file's bytes are looked at until as many were read as it has: one bomb, named a hundred thousand times, is one.
 - Else it is found where decoding comes to it, and takes as long as that, up to a good picture's time: in JPEG, WebP, what
   OpenEXR packs in other ways (PIZ, DWA, PXR24, B44), and TIFF's LZW, or what it packs into pieces of more than 64 MB.
   TIFF has no other sums, nor has JPEG: bytes that are others there may be another picture.
