@@ -64,6 +64,16 @@ static void sum_by_one(const void *context, const shd_ways *ways, double (*out)[
     }
 }
 
+double shd_walk_floor(const shd_light *from, const shd_plan_material *alone, bool is_lobe,
+                      const shd_surface *at) {
+    const double viewing = shd_dot(at->normal, at->view);
+    double peak = INFINITY;
+    if (is_lobe && alone->model == SHD_MODEL_COOK_TORRANCE && viewing > 0)
+        peak = shd_facets_most(alone->lobes[0].shininess) *
+               shd_mirrored_most(at->material, viewing / 2) / (4 * viewing);
+    return SHD_QUICK_FLOOR * shd_around_most_of(from, alone, is_lobe, peak) / shd_around_gain(from);
+}
+
 /* The point as it would be with one term alone, in the map's frame. Writes what each channel of the
  * working space makes of each channel of the term: out[map's][term's]. `share`: of quick walks. */
 static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
@@ -96,9 +106,8 @@ static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
     memset(all, 0, sizeof all);
     const shd_moments *moments = plan->moments ? plan->moments[light->around] : NULL;
     if (moments && plan->glows)
-        shd_around_sum_quickly(
-            from->map, moments, &lobe, &f, share,
-            SHD_QUICK_FLOOR * shd_around_most_of(from, &alone, term > 0, INFINITY), all);
+        shd_around_sum_quickly(from->map, moments, &lobe, &f, share,
+                               shd_walk_floor(from, &alone, term > 0, at), all);
     else
         shd_around_sum(from->map, moments, &lobe, &f, all);
     for (size_t c = 0; c < 3; c++) {

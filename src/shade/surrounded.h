@@ -17,6 +17,13 @@ void shd_weigh_environment_bins(const shd_plan *plan, const shd_lighting *kernel
                                 const shd_plan_light *light, const shd_surface *at, size_t k,
                                 double *out);
 
+/* What a quick walk may take for nothing, in the map's own channels: SHD_QUICK_FLOOR of what bounds
+ * take for the most that the map adds (bound/light/sums.c), which know that facets' peak is
+ * the lower the more straight they are seen. Beside the whole map's most, all that a small sun adds
+ * there would be nothing. `alone` has no lobe but the point's own, if it is one. */
+double shd_walk_floor(const shd_light *from, const shd_plan_material *alone, bool is_lobe,
+                      const shd_surface *at);
+
 /* The weights of one term that is walked for. `share`: what of itself a quick walk may be off. */
 void shd_walk_environment(const shd_plan *plan, const shd_lighting *kernels,
                           const shd_plan_light *light, const shd_surface *at, size_t term,

@@ -14,6 +14,7 @@
 #include "plan/tier.h"
 #include "shade/around_quick.h"
 #include "shade/brdf.h"
+#include "shade/surrounded.h"
 #include "shade/ways.h"
 
 enum { HIGH = 64, WIDE = 2 * HIGH, ROWS = 6 };
@@ -154,10 +155,14 @@ static void walk(const shd_surroundings *map, const shd_moments *moments, const 
     shd_around_sum(map, moments, &lobe, &f, out);
 }
 
+static shd_light light_of(const shd_surroundings *map) {
+    return (shd_light){.of_map = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .map = map};
+}
+
 /* The most that the map adds by a lobe that is seen like this. */
 static double most_of(const shd_surroundings *map, const place *p) {
     const double v = shd_dot(p->at.normal, p->at.view);
-    shd_light light = {.of_map = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .map = map};
+    const shd_light light = light_of(map);
     return shd_around_most_of(&light, &p->material, p->term,
                               p->material.model == SHD_MODEL_COOK_TORRANCE
                                   ? shd_facets_most(p->lobe.shininess) / fabs(v) / 4
@@ -175,21 +180,14 @@ static void walk_quickly(const shd_surroundings *map, const shd_moments *moments
     shd_around_sum_quickly(map, moments, &lobe, &f, SHD_QUICK_SHARE, floor, out);
 }
 
-/* Holds the walk against sums by `cut` and twice as many; returns how far off it is, of the
- * most. */
-/* The most that quick walks take for their floor. */
-static double floor_of(const shd_surroundings *map, const place *p) {
-    const shd_light light = {.of_map = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, .map = map};
-    return SHD_QUICK_FLOOR * shd_around_most_of(&light, &p->material, p->term, INFINITY);
-}
-
-/* Holds the quick walk against `fine`, which may itself be off by twice what `coarse` is off it.
- * Returns how far off it is, of what it may be. */
+/* Holds the quick walk, as pictures have it, against `fine`, which may itself be off by twice what
+ * `coarse` is off it. Returns how far off it is, of what it may be. */
 static double check_quick(const shd_surroundings *map, const shd_moments *moments, const place *p,
                           double fine[ROWS][3], double coarse[ROWS][3], const char *name) {
-    const double floor = floor_of(map, p);
+    const shd_light light = light_of(map);
+    const double floor = SHD_QUICK_FLOOR * most_of(map, p);
     double found[ROWS][3], worst = 0;
-    walk_quickly(map, moments, p, floor, found);
+    walk_quickly(map, moments, p, shd_walk_floor(&light, &p->material, p->term > 0, &p->at), found);
     for (size_t r = 3 * p->term; r < p->rows; r++)
         for (int k = 0; k < 3; k++) {
             const double may =
@@ -202,6 +200,8 @@ static double check_quick(const shd_surroundings *map, const shd_moments *moment
     return worst;
 }
 
+/* Holds the walk against sums by `cut` and twice as many; returns how far off it is, of the
+ * most. */
 static double check(const shd_surroundings *map, const place *p, int cut, const char *name) {
     shd_moments *moments = aligned_alloc(64, shd_moments_size(map));
     double found[ROWS][3], coarse[ROWS][3], fine[ROWS][3];
@@ -388,11 +388,53 @@ static void fine_maps_are_no_worse(void **state) {
     free(all);
 }
 
+/* A sun of one texel in a black sky as fine as it may be: little beside its own radiance. */
+static void small_suns_count(void **state) {
+    (void)state;
+    enum { FINE_HIGH = 256, FINE_WIDE = 2 * FINE_HIGH, PLACES = 16 };
+    static const struct {
+        shd_model model;
+        double sharpness;
+    } broad[] = {{SHD_MODEL_COOK_TORRANCE, 0.75},
+                 {SHD_MODEL_COOK_TORRANCE, 0.5},
+                 {SHD_MODEL_BLINN_PHONG, 300},
+                 {SHD_MODEL_PHONG_NORMALIZED, 100}};
+    float *all = calloc(3 * FINE_HIGH * FINE_WIDE, sizeof *all);
+    const int row = 70, column = 200;
+    for (int c = 0; c < 3; c++) all[3 * (row * FINE_WIDE + column) + c] = 1e4F;
+    const shd_vec3 sun =
+        direction(SHD_PI * (row + 0.5) / FINE_HIGH, 2 * SHD_PI * (column + 0.5) / FINE_WIDE);
+    shd_surroundings map = {.name = "sun", .width = FINE_WIDE, .height = FINE_HIGH, .texels = all};
+    assert_true(shd_surroundings_measure(&map, true, NULL));
+    shd_moments *moments = aligned_alloc(64, shd_moments_size(&map));
+    assert_true(shd_moments_make(&map, NULL, moments));
+    for (int k = 0; k < 4 * PLACES; k++) {
+        place p;
+        double fine[ROWS][3] = {{0}}, coarse[ROWS][3] = {{0}};
+        shd_vec3 normal = direction(acos(2 * uniform() - 1), 6.3 * uniform());
+        if (shd_dot(normal, sun) < 0) normal = shd_scale(normal, -1);
+        stand(&p, broad[k / PLACES].model, broad[k / PLACES].sharpness, normal,
+              0.3 + 0.7 * uniform(), 6.3 * uniform());
+        for (int j = row; j <= row + 1; j++)
+            for (int i = column - 1; i <= column; i++) {
+                add_cell(&map, &p, i, j, 32, fine);
+                add_cell(&map, &p, i, j, 16, coarse);
+            }
+        check_quick(&map, moments, &p, fine, coarse, map.name);
+    }
+    free(moments);
+    free(all);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(one_texel_is_as_its_parts),    cmocka_unit_test(noise_is_as_all_texels),
-        cmocka_unit_test(blocks_are_as_their_cells),    cmocka_unit_test(blocks_hold_all_light),
-        cmocka_unit_test(quick_walks_are_as_long_ones), cmocka_unit_test(fine_maps_are_no_worse),
+        cmocka_unit_test(one_texel_is_as_its_parts),
+        cmocka_unit_test(noise_is_as_all_texels),
+        cmocka_unit_test(blocks_are_as_their_cells),
+        cmocka_unit_test(blocks_hold_all_light),
+        cmocka_unit_test(quick_walks_are_as_long_ones),
+        cmocka_unit_test(fine_maps_are_no_worse),
+        cmocka_unit_test(small_suns_count),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
