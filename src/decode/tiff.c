@@ -156,6 +156,14 @@ static uint64_t count_pieces(const picture *p, uint64_t rows) {
            ((p->wide + p->tile_wide - 1) / p->tile_wide);
 }
 
+/* A whole tile is unpacked, however little of it is the picture's: 70 kB can name 32 GB. */
+static bool has_vast_tiles(const picture *p) {
+    if (!p->is_tiled || !p->tile_wide || !p->tile_high) return false;
+    const double wide = (double)p->wide, high = (double)p->high, whole = wide * high,
+                 all = (wide + (double)p->tile_wide - 1) * (high + (double)p->tile_high - 1);
+    return all > 1 << 27 && all > 64 * whole;
+}
+
 /* Of `count` pieces of `bytes`, as far as these are not more than all pictures' that are read.
  * Pieces may be where others are: once so much was read as there is in the file, all others are
  * libtiff's to judge, and so is one that is shorter than it is to be, or longer, as which some
@@ -181,8 +189,11 @@ shd_status shd_decode_check_tiff(const unsigned char *data, size_t size, shd_err
     file f = {.data = data, .size = size, .high_first = *data == 'M'};
     f.big = get_number(&f, 2, 2) == 43;
     picture p;
-    if (!read_directory(&f, &p) || (p.packing != ZLIB && p.packing != OLD_ZLIB) || p.fill != 1 ||
-        !has_list(&f, &p.starts) || !has_list(&f, &p.sizes))
+    if (!read_directory(&f, &p)) return SHD_OK;
+    if (has_vast_tiles(&p))
+        return shd_fail(error, SHD_SCENE, "", "TIFF: its tiles are far larger than the picture");
+    if ((p.packing != ZLIB && p.packing != OLD_ZLIB) || p.fill != 1 || !has_list(&f, &p.starts) ||
+        !has_list(&f, &p.sizes))
         return SHD_OK;
     const uint64_t rows = p.rows < p.high ? p.rows : p.high,
                    bytes = p.is_tiled ? count_bytes(&p, p.tile_wide, p.tile_high)

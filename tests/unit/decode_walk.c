@@ -207,6 +207,36 @@ static void a_tiff_is_read_once(void **state) {
     assert_in_range(small.size, 11, 11 * SHARED);
 }
 
+static void tiles_are_no_larger_than_a_picture_has_use_for(void **state) {
+    (void)state;
+    static const struct {
+        unsigned wide, high, tile_wide, tile_high;
+        shd_status is;
+    } cases[] = {{1, 1, 4096, 4096, SHD_OK},
+                 {8192, 16, 16, 1 << 22, SHD_SCENE},
+                 {20000, 1, 256, 256, SHD_OK},
+                 {8192, 8192, 256, 256, SHD_OK},
+                 {3, 3, 1U << 31, 1U << 31, SHD_SCENE},
+                 {3, 3, 0, 0, SHD_OK}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const tiff_kind kind = {.packing = 5};
+        file f = {.size = 0};
+        shd_error error;
+        put_text(&f, "II");
+        put(&f, 42, 2);
+        put(&f, 8, 4);
+        put(&f, 6, 2);
+        put_entry(&f, &kind, 256, 4, 1, cases[i].wide);
+        put_entry(&f, &kind, 257, 4, 1, cases[i].high);
+        put_entry(&f, &kind, 259, 3, 1, kind.packing);
+        put_entry(&f, &kind, 322, 4, 1, cases[i].tile_wide);
+        put_entry(&f, &kind, 323, 4, 1, cases[i].tile_high);
+        put_entry(&f, &kind, 324, 4, 1, 8);
+        put(&f, 0, 4);
+        assert_int_equal(check(&f, shd_decode_check_tiff, f.size, &error), cases[i].is);
+    }
+}
+
 /* ---- HDR ---- */
 
 static file make_hdr(const char *size, bool is_packed) {
@@ -390,6 +420,7 @@ int main(void) {
         cmocka_unit_test(a_tiff_has_what_it_says),
         cmocka_unit_test(packed_rows_of_a_tiff_are_looked_at),
         cmocka_unit_test(a_tiff_is_read_once),
+        cmocka_unit_test(tiles_are_no_larger_than_a_picture_has_use_for),
         cmocka_unit_test(an_hdr_has_its_rows),
         cmocka_unit_test(a_jpeg_has_an_end_and_few_scans),
         cmocka_unit_test(each_block_of_an_exr_is_looked_at),
