@@ -569,7 +569,7 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
         const truth = await daemon.post("/v1/render", await studio.scene());
         assert.ok(truth.body.equals(await studio.bytes()), "the last picture is that of the document");
         // But for that of the picture that is shown, once those that were overtaken are decoded.
-        await studio.page.waitForFunction(() => counted.urls.size <= 1, null, { timeout: 60000 });
+        await studio.page.waitForFunction(() => counted.urls.size <= 1);
         // The engine's own counts, once what is not used is collected: some of it stays a while.
         const isMore = left => left.nodes > before.nodes + 200 || left.listeners > before.listeners + 20 || left.heap > before.heap + 8e6;
         let left = await studio.counters();
@@ -626,7 +626,7 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
         const scene = await studio.scene();
         const held = text => text && JSON.parse(inflateRawSync(Buffer.from(text.slice("#s=".length), "base64url")));
         let address = ""; // it follows the scene a little later
-        while (!isDeepStrictEqual(held(address), scene)) {
+        for (let tries = 0; tries < 15000 && !isDeepStrictEqual(held(address), scene); tries++) {
             await studio.page.waitForTimeout(20);
             address = await studio.page.evaluate(() => location.hash);
         }
