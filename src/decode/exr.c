@@ -1,6 +1,6 @@
 /* Whether the blocks of an OpenEXR file's rows are where its table says, and unpack as zlib has
- * them, which takes a tenth of what it takes to decode them. OpenEXR comes to a damaged block only
- * behind all before it. "OpenEXR File Layout" (openexr.com); RFC 1950.
+ * them, which takes a twentieth of what it takes to decode them. OpenEXR comes to a damaged block
+ * only behind all before it. "OpenEXR File Layout" (openexr.com); RFC 1950.
  *
  * Of one part in rows. Others, and what cannot be told here, are left to OpenEXR: a table with
  * gaps, which it makes anew, among them. */
