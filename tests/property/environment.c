@@ -1,7 +1,7 @@
 /* Scenes in environments: tables against quadrature, and what keys, layers and turning must keep.
  */
 #include "plan/tier.h"
-#include "property/film_of.h"
+#include "property/put_picture.h"
 
 static char *scene_in(const char *map, const char *light, const char *accuracy, double turn) {
     return text_of(
@@ -149,21 +149,70 @@ static void cells_do_not_know_regions(void **state) {
 }
 
 /* The exact tier walks for each point, and is off 1e-4 of the most. */
+static double off_of_the_share(const drawn *exact, const drawn *quick) {
+    double most = 0, worst = 0;
+    for (size_t i = 0; i < 4 * pixels_of(exact); i++)
+        most = fmax(most, (double)exact->film.rgba[i]);
+    for (size_t i = 0; i < 4 * pixels_of(exact); i++) {
+        const double is = (double)exact->film.rgba[i], off = fabs((double)quick->film.rgba[i] - is);
+        worst = fmax(worst, off / (SHD_QUICK_SHARE * is + SHD_AROUND_TOLERANCE * most + 1e-9));
+    }
+    print_message("cells: %.2f of what is allowed\n", worst);
+    return worst;
+}
+
 static void cells_are_within_the_share(void **state) {
     static const char image[] = "\"width\": 28, \"height\": 20, \"samples\": 1";
     drawn exact = draw_facets(*state, image, "exact"),
           quick = draw_facets(*state, image, "standard");
-    double most = 0, worst = 0;
-    for (size_t i = 0; i < 4 * pixels_of(&exact); i++)
-        most = fmax(most, (double)exact.film.rgba[i]);
-    for (size_t i = 0; i < 4 * pixels_of(&exact); i++) {
-        const double is = (double)exact.film.rgba[i], off = fabs((double)quick.film.rgba[i] - is);
-        worst = fmax(worst, off / (SHD_QUICK_SHARE * is + SHD_AROUND_TOLERANCE * most + 1e-9));
-    }
-    print_message("cells: %.2f of what is allowed\n", worst);
+    const double worst = off_of_the_share(&exact, &quick);
     assert_true(worst > 0 && worst <= 1);
     drop_drawn(&quick);
     drop_drawn(&exact);
+}
+
+/* Two lamps in a dim map behind the eye, so many texels to its left and right. */
+static put_name put_lamps(shd_engine *engine, int aside) {
+    enum { WIDE = 128, HIGH = 64, DIM = 29 };
+    static uint8_t texels[HIGH][WIDE][4];
+    memset(texels, DIM, sizeof texels);
+    for (int row = HIGH / 2 - 1; row <= HIGH / 2; row++) {
+        memset(texels[row][aside], 255, 4);
+        memset(texels[row][WIDE - 1 - aside], 255, 4);
+    }
+    for (int k = 0; k < WIDE * HIGH; k++) texels[k / WIDE][k % WIDE][3] = 255;
+    return put_picture(engine, WIDE, HIGH, &texels[0][0][0]);
+}
+
+/* What a cell's polynomial leaves out has one sign between two lamps, and the other one above and
+ * below: there is nothing of it in the cell's middle. Around one lamp, the nodes of the smallest
+ * cells see nothing of it, nor does the middle, which is a node of theirs. */
+static void cells_see_what_is_between_nodes(void **state) {
+    static const struct {
+        int aside;
+        const char *image;
+    } cases[] = {
+        {3, "\"width\": 32, \"height\": 32, \"samples\": 1, \"region\": [14, 4, 4, 2]}, "
+            "\"camera\": {\"height\": 0.274"},
+        {0, "\"width\": 4, \"height\": 4, \"samples\": 4}, \"camera\": {\"height\": 0.255"},
+    };
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
+        const put_name lamps = put_lamps(*state, cases[k].aside);
+        drawn d[2];
+        for (int exact = 0; exact < 2; exact++) {
+            char *json = text_of(
+                "{\"image\": {%s, \"type\": \"orthographic\"}, \"accuracy\": {\"tier\": \"%s\"}, "
+                "\"lights\": [{\"type\": \"environment\", \"map\": \"%s\"}], \"objects\": "
+                "[{\"type\": \"sphere\", \"material\": {\"model\": \"phong-normalized\", "
+                "\"diffuse\": 0, \"specular\": 1, \"shininess\": 30}}]}",
+                cases[k].image, exact ? "exact" : "standard", lamps.text);
+            d[exact] = shown_film_of(*state, json);
+            free(json);
+        }
+        assert_true(off_of_the_share(&d[1], &d[0]) <= 1);
+        drop_drawn(&d[1]);
+        drop_drawn(&d[0]);
+    }
 }
 
 /* Pictures that share hits or light with earlier ones are as if they did not. */
@@ -394,6 +443,7 @@ int main(void) {
         cmocka_unit_test(layers_add_up),
         cmocka_unit_test(cells_do_not_know_regions),
         cmocka_unit_test(cells_are_within_the_share),
+        cmocka_unit_test(cells_see_what_is_between_nodes),
         cmocka_unit_test(what_is_kept_knows_the_environment),
         cmocka_unit_test(other_models_are_lit_as_told),
         cmocka_unit_test(spectra_keep_what_is_grey),

@@ -7,15 +7,22 @@
 #include "plan/tier.h"
 #include "shade/surrounded.h"
 
-enum { SIDE = 4, NODES = SIDE * SIDE, MIDDLE = NODES, LEVELS = 4, CELLS = 1 + 4 + 16 + 64 };
+enum { SIDE = 4, NODES = SIDE * SIDE, MIDDLE = NODES, CHECKS = 2, RAYS = NODES + 1 + CHECKS };
+enum { LEVELS = 4, CELLS = 1 + 4 + 16 + 64 };
 
 /* Pixels of a cell's side; those of its nodes, which with half a pixel are near to Chebyshev's. */
 static const int sides[LEVELS] = {32, 16, 8, 4};
 static const int pixels[LEVELS][SIDE] = {
     {1, 9, 22, 30}, {0, 4, 11, 15}, {0, 2, 5, 7}, {0, 1, 2, 3}};
 
+/* The pixels of two places between nodes at which walks are held against the polynomial. Across and
+ * down, what it leaves out may have other signs, so that one of them alone may see nothing of it.
+ * The smallest cells have no such pixel: these are samples at their edges. */
+static const int checks[LEVELS][CHECKS][2] = {
+    {{16, 16}, {16, 27}}, {{8, 8}, {8, 13}}, {{4, 4}, {4, 6}}, {{0, 2}, {2, 0}}};
+
 /* Nodes' walks take this part of the share. The rest is for what polynomials are off: the most that
- * their cubic part is, and what the middle is off. */
+ * their cubic part is, and what the checks are off. */
 static const double WALKS = 0.5, CUBIC = 2e-3, OFF = 1e-3;
 
 /* Of a lobe's width: how far normals and views of a cell turn together, and what a sample's may be
@@ -26,11 +33,11 @@ static const double TURNS = 2, STRAY = 3e-4;
 static const double CLIFF = 5e-4;
 
 typedef struct cell {
-    uint32_t object;             /* plus 1; 0: it is nobody's */
-    bool met;                    /* all nodes and the middle meet the object */
-    uint8_t looked, holds;       /* bit k: of pair k */
-    double turned[6][NODES + 1]; /* N and V */
-    double (*logs)[NODES];       /* [3 pairs]: of weights; -INFINITY: none has any */
+    uint32_t object;        /* plus 1; 0: it is nobody's */
+    bool met;               /* all nodes, the middle and the checks meet the object */
+    uint8_t looked, holds;  /* bit k: of pair k */
+    double turned[6][RAYS]; /* N and V */
+    double (*logs)[NODES];  /* [3 pairs]: of weights; -INFINITY: none has any */
 } cell;
 
 struct shd_smooth {
@@ -81,7 +88,7 @@ shd_smooth *shd_smooth_lay_out(const shd_plan *plan, size_t length, shd_scratch 
     memset(s, 0, sizeof *s);
     s->has = shd_scratch_take(memory, length, sizeof *s->has);
     s->rows = shd_scratch_rows64(memory, 3 * pairs, length);
-    shd_hits_lay_out(plan, NODES + 1, memory, &s->hits);
+    shd_hits_lay_out(plan, RAYS, memory, &s->hits);
     double(*logs)[NODES] = shd_scratch_take(memory, CELLS * 3 * pairs, sizeof *logs);
     for (size_t k = 0; logs && k < CELLS; k++) s->cells[k].logs = logs + 3 * pairs * k;
     s->levels = plan->scene->raster.samples > 1 ? LEVELS : LEVELS - 1;
@@ -144,35 +151,64 @@ static shd_vec3 vector_of(const cell *c, int from, int node) {
     return (shd_vec3){c->turned[from][node], c->turned[from + 1][node], c->turned[from + 2][node]};
 }
 
+static spot spot_of(int level, double x, double y) {
+    spot out;
+    weigh_nodes(level, x, out.x);
+    weigh_nodes(level, y, out.y);
+    return out;
+}
+
+/* The sample through which a check goes: of the smallest cells, the one that is farthest to the
+ * left, and farthest up. */
+static int check_sample(int level, int check, int samples) {
+    if (level < LEVELS - 1) return (int)shd_center_sample((size_t)samples);
+    int top = 0;
+    double least = 1;
+    for (int i = 0; check && i < samples; i++) {
+        double x, y;
+        shd_sample_offset(i, samples, &x, &y);
+        if (y < least) {
+            least = y;
+            top = i;
+        }
+    }
+    return top;
+}
+
+static spot check_spot(int level, int check, int samples) {
+    const int sample = check_sample(level, check, samples), *at = checks[level][check];
+    double x = 0.5, y = 0.5;
+    if (sample < samples) shd_sample_offset(sample, samples, &x, &y);
+    return spot_of(level, at[0] + x, at[1] + y);
+}
+
 /* Casts rays through the nodes, at the object alone. */
 static bool meet_nodes(const asked *a, int level, int left, int top, uint32_t object, cell *c) {
-    int32_t x[NODES + 1], y[NODES + 1];
-    uint8_t sample[NODES + 1];
-    memset(sample, (int)shd_center_sample((size_t)a->scenery->plan->scene->raster.samples),
-           sizeof sample);
+    const int samples = a->scenery->plan->scene->raster.samples;
+    int32_t x[RAYS], y[RAYS];
+    uint8_t sample[RAYS];
+    memset(sample, (int)shd_center_sample((size_t)samples), sizeof sample);
     for (int k = 0; k < NODES; k++) {
         x[k] = left + pixels[level][k % SIDE];
         y[k] = top + pixels[level][k / SIDE];
     }
     x[MIDDLE] = left + sides[level] / 2;
     y[MIDDLE] = top + sides[level] / 2;
-    const shd_shots shots = {NODES + 1, x, y, sample};
+    for (int k = 0; k < CHECKS; k++) {
+        x[MIDDLE + 1 + k] = left + checks[level][k][0];
+        y[MIDDLE + 1 + k] = top + checks[level][k][1];
+        sample[MIDDLE + 1 + k] = (uint8_t)check_sample(level, k, samples);
+    }
+    const shd_shots shots = {RAYS, x, y, sample};
     shd_hits *hits = &a->smooth->hits;
     hits->count = 0;
-    if (shd_sight_shoot(a->scenery->sight, &object, 1, &shots, hits) != NODES + 1) return false;
-    for (int k = 0; k <= MIDDLE; k++)
+    if (shd_sight_shoot(a->scenery->sight, &object, 1, &shots, hits) != RAYS) return false;
+    for (int k = 0; k < RAYS; k++)
         for (int i = 0; i < 3; i++) {
             c->turned[i][k] = hits->normal[i][k];
             c->turned[3 + i][k] = hits->view[i][k];
         }
     return true;
-}
-
-static spot spot_of(int level, double x, double y) {
-    spot out;
-    weigh_nodes(level, x, out.x);
-    weigh_nodes(level, y, out.y);
-    return out;
 }
 
 /* How far normals and views turn together, as the lobe of a model sees it. */
@@ -266,10 +302,24 @@ static bool is_no_cliff(const asked *a, const cell *c, size_t pair) {
     return true;
 }
 
+/* Whether a walk at a check makes what the polynomial does there. */
+static bool is_close(const asked *a, int level, uint32_t object, size_t pair, int check,
+                     const cell *c) {
+    const spot at = check_spot(level, check, a->scenery->plan->scene->raster.samples);
+    double row[3];
+    walk_node(a, c, object, pair, MIDDLE + 1 + check, row);
+    for (int i = 0; i < 3; i++) {
+        const double *logs = c->logs[3 * pair + (size_t)i];
+        if (!(logs[0] > -INFINITY) && row[i] == 0) continue;
+        if (!(fabs(log(row[i]) - polynomial_at(logs, &at)) <= OFF)) return false;
+    }
+    return true;
+}
+
 /* Walks at the nodes, the first row and column first. */
 static bool find_pair(const asked *a, int level, uint32_t object, const spot *middle, size_t pair,
                       cell *c) {
-    double(*logs)[NODES] = c->logs + 3 * pair, row[3];
+    double(*logs)[NODES] = c->logs + 3 * pair;
     if (!may_hold(a, c, middle, pair)) return false;
     for (int k = 0; k < SIDE; k++)
         if (!take_node(a, c, object, pair, k)) return false;
@@ -282,11 +332,8 @@ static bool find_pair(const asked *a, int level, uint32_t object, const spot *mi
     for (int k = 1; k < SIDE; k++)
         if (!is_flat(level, logs, k * SIDE, 1) || !is_flat(level, logs, k, SIDE)) return false;
     if (!is_no_cliff(a, c, pair)) return false;
-    walk_node(a, c, object, pair, MIDDLE, row);
-    for (int i = 0; i < 3; i++) {
-        if (!(logs[i][0] > -INFINITY) && row[i] == 0) continue;
-        if (!(fabs(log(row[i]) - polynomial_at(logs[i], middle)) <= OFF)) return false;
-    }
+    for (int k = 0; k < CHECKS; k++)
+        if (!is_close(a, level, object, pair, k, c)) return false;
     return true;
 }
 

@@ -9,10 +9,10 @@
  * half of the share, and the polynomial through the logarithms of what they make tells the rest. A
  * cell holds for a light and a term if
  *
- * - all nodes and one in the middle meet the object, and their normals and views turn together by
- *   less than a part of the lobe's width;
+ * - all nodes, one in the middle and two places between them meet the object, and normals and
+ *   views of nodes turn together by less than two of the lobe's widths;
  * - the third differences along all rows and columns of nodes are small;
- * - and a walk in the middle makes what the polynomial does.
+ * - and walks at these two places make what the polynomial does.
  *
  * A sample reads the cell only if its own normal and view are those that the cell's polynomials
  * say, to a small part of the lobe's width: not across edges of meshes, or on another side of the
