@@ -429,7 +429,7 @@ static void small_suns_count(void **state) {
 /* The row of a fine map that is beside a pole, whose narrow cells are off alike. */
 static void poles_are_no_worse(void **state) {
     (void)state;
-    enum { FINE_HIGH = 256, FINE_WIDE = 2 * FINE_HIGH, PLACES = 30 };
+    enum { FINE_HIGH = 256, FINE_WIDE = 2 * FINE_HIGH, PLACES = 60 };
     float *all = calloc(3 * FINE_HIGH * FINE_WIDE, sizeof *all);
     for (int i = 0; i < 3 * FINE_WIDE; i++) all[i] = 1e4F;
     shd_surroundings map = {.name = "pole", .width = FINE_WIDE, .height = FINE_HIGH, .texels = all};
@@ -439,16 +439,17 @@ static void poles_are_no_worse(void **state) {
     for (int k = 0; k < PLACES; k++) {
         place p;
         double fine[ROWS][3] = {{0}}, coarse[ROWS][3] = {{0}};
-        const double viewing = 0.1 + 0.9 * uniform();
-        stand(&p, k % 2 ? SHD_MODEL_BLINN_PHONG : SHD_MODEL_PHONG_NORMALIZED,
-              pow(10, 2 + 2 * uniform()), direction(acos(viewing), 6.3 * uniform()), viewing, 0);
-        p.at.mirror = direction(0.03 * uniform(), 6.3 * uniform());
+        const double viewing = 0.1 + 0.9 * uniform(), exponent = pow(10, 3 + uniform()),
+                     off = (k % 2 ? 2 : 1) * (1 + 3 * uniform()) / sqrt(exponent);
+        stand(&p, k % 2 ? SHD_MODEL_BLINN_PHONG : SHD_MODEL_PHONG_NORMALIZED, exponent,
+              direction(acos(viewing), 6.3 * uniform()), viewing, 0);
+        p.at.mirror = direction(off, 6.3 * uniform());
         p.at.view =
             shd_sub(shd_scale(p.at.normal, 2 * shd_dot(p.at.normal, p.at.mirror)), p.at.mirror);
         for (int j = 0; j < 2; j++)
             for (int i = 0; i < FINE_WIDE; i++) {
-                add_cell(&map, &p, i, j, 8, fine);
-                add_cell(&map, &p, i, j, 4, coarse);
+                add_cell(&map, &p, i, j, 12, fine);
+                add_cell(&map, &p, i, j, 6, coarse);
             }
         check_quick(&map, moments, &p, fine, coarse, map.name);
     }
