@@ -318,10 +318,12 @@ static void see_part(const part *p, shd_looks *to) {
                (float)(sqrt(across * across + high * high) / 2));
 }
 
+/* Beside a pole cells are narrow, and as many as are together as wide as high are off alike. */
 static bool take_part(quick *q, const part *p, const glance *look, bool last) {
     float light[3];
     light_of(p, light);
-    const double most = look->near * look->high, x = look->square, worth = worth_of(q, most, light);
+    const double most = look->near * look->high, x = look->square,
+                 worth = shd_larger(p->high * p->size / across_of(p), 1) * worth_of(q, most, light);
     if (worth <= NOTHING * OF_CELL) return true;
     if (worth <= LITTLE / 4) {
         const int n = look->kink > 0 ? 2 : 1;
@@ -384,11 +386,18 @@ static void add_to_cells(quick *q, int i, int j) {
 
 /* ---- Blocks. ---- */
 
+/* The same of blocks. */
+static double narrow_of(const quick *q, const seen_block *s) {
+    const double sine = shd_moment_downs_of(q->moments, s->level)[SHD_MOMENT_SIDE * s->row].sine;
+    return 1 / shd_smaller(shd_larger(2 * sine, 1e-2), 1);
+}
+
 /* The polynomial of n by n nodes is off by about that part of a normal distribution's peak, of the
  * square x of what the block reaches in its widths. True: the block has been counted. */
 static bool take_block(quick *q, const seen_block *s) {
     const glance *look = &s->look;
-    const double worth = worth_of(q, look->near * look->high, s->block->light), x = look->square;
+    const double worth = narrow_of(q, s) * worth_of(q, look->near * look->high, s->block->light),
+                 x = look->square;
     if (worth <= NOTHING) return true;
     if (worth <= LITTLE) {
         add_block(q, s, 0);

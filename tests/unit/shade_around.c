@@ -426,6 +426,37 @@ static void small_suns_count(void **state) {
     free(all);
 }
 
+/* The row of a fine map that is beside a pole, whose narrow cells are off alike. */
+static void poles_are_no_worse(void **state) {
+    (void)state;
+    enum { FINE_HIGH = 256, FINE_WIDE = 2 * FINE_HIGH, PLACES = 60 };
+    float *all = calloc(3 * FINE_HIGH * FINE_WIDE, sizeof *all);
+    for (int i = 0; i < 3 * FINE_WIDE; i++) all[i] = 1e4F;
+    shd_surroundings map = {.name = "pole", .width = FINE_WIDE, .height = FINE_HIGH, .texels = all};
+    assert_true(shd_surroundings_measure(&map, true, NULL));
+    shd_moments *moments = aligned_alloc(64, shd_moments_size(&map));
+    assert_true(shd_moments_make(&map, NULL, moments));
+    for (int k = 0; k < PLACES; k++) {
+        place p;
+        double fine[ROWS][3] = {{0}}, coarse[ROWS][3] = {{0}};
+        const double viewing = 0.1 + 0.9 * uniform(), exponent = pow(10, 3 + uniform()),
+                     off = (k % 2 ? 2 : 1) * (1 + 3 * uniform()) / sqrt(exponent);
+        stand(&p, k % 2 ? SHD_MODEL_BLINN_PHONG : SHD_MODEL_PHONG_NORMALIZED, exponent,
+              direction(acos(viewing), 6.3 * uniform()), viewing, 0);
+        p.at.mirror = direction(off, 6.3 * uniform());
+        p.at.view =
+            shd_sub(shd_scale(p.at.normal, 2 * shd_dot(p.at.normal, p.at.mirror)), p.at.mirror);
+        for (int j = 0; j < 2; j++)
+            for (int i = 0; i < FINE_WIDE; i++) {
+                add_cell(&map, &p, i, j, 12, fine);
+                add_cell(&map, &p, i, j, 6, coarse);
+            }
+        check_quick(&map, moments, &p, fine, coarse, map.name);
+    }
+    free(moments);
+    free(all);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_texel_is_as_its_parts),
@@ -435,6 +466,7 @@ int main(void) {
         cmocka_unit_test(quick_walks_are_as_long_ones),
         cmocka_unit_test(fine_maps_are_no_worse),
         cmocka_unit_test(small_suns_count),
+        cmocka_unit_test(poles_are_no_worse),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
