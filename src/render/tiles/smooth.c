@@ -156,12 +156,6 @@ static spot spot_of(int level, double x, double y) {
     return out;
 }
 
-static spot check_spot(int level, int check, int samples) {
-    double x, y;
-    shd_sample_offset((int)shd_center_sample((size_t)samples), samples, &x, &y);
-    return spot_of(level, checks[level][check][0] + x, checks[level][check][1] + y);
-}
-
 /* Casts rays through the nodes, at the object alone. */
 static bool meet_nodes(const asked *a, int level, int left, int top, uint32_t object, cell *c) {
     const int samples = a->scenery->plan->scene->raster.samples;
@@ -284,7 +278,8 @@ static bool is_no_cliff(const asked *a, const cell *c, size_t pair) {
 /* Whether a walk at a check makes what the polynomial does there. */
 static bool is_close(const asked *a, int level, uint32_t object, size_t pair, int check,
                      const cell *c) {
-    const spot at = check_spot(level, check, a->scenery->plan->scene->raster.samples);
+    const int *pixel = checks[level][check];
+    const spot at = spot_of(level, pixel[0] + 0.5, pixel[1] + 0.5);
     double row[3];
     walk_node(a, c, object, pair, MIDDLE + 1 + check, row);
     for (int i = 0; i < 3; i++) {
