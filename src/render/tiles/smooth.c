@@ -7,27 +7,27 @@
 #include "plan/tier.h"
 #include "shade/surrounded.h"
 
-enum { SIDE = 4, NODES = SIDE * SIDE, MIDDLE = NODES, CHECKS = 2, RAYS = NODES + 1 + CHECKS };
-enum { LEVELS = 4, CELLS = 1 + 4 + 16 + 64 };
+enum { SIDE = 4, NODES = SIDE * SIDE, MIDDLE = NODES, CHECKS = 4, RAYS = NODES + 1 + CHECKS };
+enum { LEVELS = 3, CELLS = 1 + 4 + 16 };
 
 /* Pixels of a cell's side; those of its nodes, which with half a pixel are near to Chebyshev's. */
-static const int sides[LEVELS] = {32, 16, 8, 4};
-static const int pixels[LEVELS][SIDE] = {
-    {1, 9, 22, 30}, {0, 4, 11, 15}, {0, 2, 5, 7}, {0, 1, 2, 3}};
+static const int sides[LEVELS] = {32, 16, 8};
+static const int pixels[LEVELS][SIDE] = {{1, 9, 22, 30}, {0, 4, 11, 15}, {0, 2, 5, 7}};
 
-/* The pixels of two places between nodes at which walks are held against the polynomial. Across and
- * down, what it leaves out may have other signs, so that one of them alone may see nothing of it.
- * The smallest cells have no such pixel: these are samples at their edges. */
-static const int checks[LEVELS][CHECKS][2] = {
-    {{16, 16}, {16, 27}}, {{8, 8}, {8, 13}}, {{4, 4}, {4, 6}}, {{0, 2}, {2, 0}}};
+/* The pixels of places between nodes at which walks are held against the polynomial. Across and
+ * down, what it leaves out may have other signs, and may change its sign in the middle of either,
+ * so that few of them alone may see nothing of it. */
+static const int checks[LEVELS][CHECKS][2] = {{{16, 16}, {16, 27}, {27, 16}, {27, 27}},
+                                              {{8, 8}, {8, 13}, {13, 8}, {13, 13}},
+                                              {{4, 4}, {4, 6}, {6, 4}, {6, 6}}};
 
 /* Nodes' walks take this part of the share. The rest is for what polynomials are off: the most that
  * their cubic part is, and what the checks are off. */
-static const double WALKS = 0.5, CUBIC = 2e-3, OFF = 1e-3;
+static const double WALKS = 0.5, CUBIC = 1e-3, OFF = 5e-4;
 
 /* Of a lobe's width: how far normals and views of a cell turn together, and what a sample's may be
  * off its polynomials. */
-static const double TURNS = 2, STRAY = 3e-4;
+static const double TURNS = 1, STRAY = 3e-4;
 
 /* What a lobe's part on the horizon, where Blinn's ends as off a cliff, may add. */
 static const double CLIFF = 5e-4;
@@ -45,7 +45,6 @@ struct shd_smooth {
     uint8_t *has;
     double **rows;
     shd_hits hits;
-    int levels;
     cell cells[CELLS];
 };
 
@@ -91,7 +90,6 @@ shd_smooth *shd_smooth_lay_out(const shd_plan *plan, size_t length, shd_scratch 
     shd_hits_lay_out(plan, RAYS, memory, &s->hits);
     double(*logs)[NODES] = shd_scratch_take(memory, CELLS * 3 * pairs, sizeof *logs);
     for (size_t k = 0; logs && k < CELLS; k++) s->cells[k].logs = logs + 3 * pairs * k;
-    s->levels = plan->scene->raster.samples > 1 ? LEVELS : LEVELS - 1;
     return made;
 }
 
@@ -158,30 +156,6 @@ static spot spot_of(int level, double x, double y) {
     return out;
 }
 
-/* The sample through which a check goes: of the smallest cells, the one that is farthest to the
- * left, and farthest up. */
-static int check_sample(int level, int check, int samples) {
-    if (level < LEVELS - 1) return (int)shd_center_sample((size_t)samples);
-    int top = 0;
-    double least = 1;
-    for (int i = 0; check && i < samples; i++) {
-        double x, y;
-        shd_sample_offset(i, samples, &x, &y);
-        if (y < least) {
-            least = y;
-            top = i;
-        }
-    }
-    return top;
-}
-
-static spot check_spot(int level, int check, int samples) {
-    const int sample = check_sample(level, check, samples), *at = checks[level][check];
-    double x = 0.5, y = 0.5;
-    if (sample < samples) shd_sample_offset(sample, samples, &x, &y);
-    return spot_of(level, at[0] + x, at[1] + y);
-}
-
 /* Casts rays through the nodes, at the object alone. */
 static bool meet_nodes(const asked *a, int level, int left, int top, uint32_t object, cell *c) {
     const int samples = a->scenery->plan->scene->raster.samples;
@@ -197,7 +171,6 @@ static bool meet_nodes(const asked *a, int level, int left, int top, uint32_t ob
     for (int k = 0; k < CHECKS; k++) {
         x[MIDDLE + 1 + k] = left + checks[level][k][0];
         y[MIDDLE + 1 + k] = top + checks[level][k][1];
-        sample[MIDDLE + 1 + k] = (uint8_t)check_sample(level, k, samples);
     }
     const shd_shots shots = {RAYS, x, y, sample};
     shd_hits *hits = &a->smooth->hits;
@@ -305,7 +278,8 @@ static bool is_no_cliff(const asked *a, const cell *c, size_t pair) {
 /* Whether a walk at a check makes what the polynomial does there. */
 static bool is_close(const asked *a, int level, uint32_t object, size_t pair, int check,
                      const cell *c) {
-    const spot at = check_spot(level, check, a->scenery->plan->scene->raster.samples);
+    const int *pixel = checks[level][check];
+    const spot at = spot_of(level, pixel[0] + 0.5, pixel[1] + 0.5);
     double row[3];
     walk_node(a, c, object, pair, MIDDLE + 1 + check, row);
     for (int i = 0; i < 3; i++) {
@@ -340,7 +314,7 @@ static bool find_pair(const asked *a, int level, uint32_t object, const spot *mi
 /* The cell of a level that a pixel is in, with what is known of the pairs `asked_for`. */
 static cell *find_cell(const asked *a, int level, int x, int y, uint32_t object,
                        unsigned asked_for) {
-    static const int first[LEVELS] = {0, 1, 5, 21};
+    static const int first[LEVELS] = {0, 1, 5};
     const int side = sides[level], across = SHD_TILE / side, left = x / side * side,
               top = y / side * side;
     cell *c = &a->smooth->cells[first[level] + y % SHD_TILE / side * across + x % SHD_TILE / side];
@@ -373,7 +347,7 @@ static void know_hit(const asked *a, size_t i, const shd_tile_scratch *s) {
     shd_sample_offset(s->sample[shot], samples, &off[0], &off[1]);
     const shd_vec3 n = {hits->normal[0][i], hits->normal[1][i], hits->normal[2][i]},
                    v = {hits->view[0][i], hits->view[1][i], hits->view[2][i]};
-    for (int level = 0; level < smooth->levels && open; level++) {
+    for (int level = 0; level < LEVELS && open; level++) {
         const int x = s->x[shot], y = s->y[shot], side = sides[level];
         const cell *c = find_cell(a, level, x, y, object, open);
         if (!(c->holds & open)) continue;

@@ -3,16 +3,16 @@
  *
  * By most models an environment is walked over for each point (shade/around_quick.h), which takes
  * tens of microseconds. But what a lobe makes of it is no sharper than the lobe, and over a few
- * pixels of a smooth object it is a smooth function of the place in the picture. A cell, of 32 to 4
+ * pixels of a smooth object it is a smooth function of the place in the picture. A cell, of 32 to 8
  * pixels a side in a grid that begins at the picture's (0,0), has 4 by 4 nodes, near to those of
  * Chebyshev: rays through the middles of these pixels, cast at the object alone. Walks at them take
  * half of the share, and the polynomial through the logarithms of what they make tells the rest. A
  * cell holds for a light and a term if
  *
- * - all nodes, one in the middle and two places between them meet the object, and normals and
- *   views of nodes turn together by less than two of the lobe's widths;
+ * - all nodes, one in the middle and four places between them meet the object, and normals and
+ *   views of nodes turn together by less than one of the lobe's widths;
  * - the third differences along all rows and columns of nodes are small;
- * - and walks at these two places make what the polynomial does.
+ * - and walks at these four places make what the polynomial does.
  *
  * A sample reads the cell only if its own normal and view are those that the cell's polynomials
  * say, to a small part of the lobe's width: not across edges of meshes, or on another side of the
