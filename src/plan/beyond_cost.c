@@ -64,7 +64,7 @@ static double around_cost(const shd_plan *plan, const shd_plan_material *m,
                         QUICK = 4e4, SOME = 0.2 /* of points, where tables are of another lobe */,
                         OWN = 0.4 /* of walks, that a smooth ball has by one sample a pixel */;
     const double walk = plan->glows ? QUICK * (shd_may_share_walks(plan, m)
-                                                   ? OWN / sqrt((double)plan->scene->raster.samples)
+                                                   ? OWN / pow(plan->scene->raster.samples, 0.25)
                                                    : 1)
                                     : WALK;
     double sum = 0;
