@@ -32,8 +32,9 @@ void shd_walk_environment(const shd_plan *plan, const shd_lighting *kernels,
 /* The weights of all terms, but for lobes that are summed by bins, which have 0: rows are those of
  * shd_brdf_weigh, times the map in the working space, without the light's intensity. Lambert's
  * light and Phong's lobes are read from tables, if the plan has these, or integrated
- * (environment.h); others are read from what is known at the point, or walked for (around.h), by
- * `kernels`, or without vectors if that is NULL. */
+ * (environment.h); others, and lobes of Phong's that are not the table's at the point, are read
+ * from what is known there, or walked for (around.h), by `kernels`, or without vectors if that is
+ * NULL. */
 void shd_weigh_environment(const shd_plan *plan, const shd_lighting *kernels,
                            const shd_plan_light *light, const shd_surface *at,
                            double row[SHD_BRDF_ROWS]);

@@ -1,7 +1,10 @@
 /* Scenes in environments: tables against quadrature, and what keys, layers and turning must keep.
  */
+#include <stdatomic.h>
+
 #include "plan/tier.h"
 #include "property/put_picture.h"
+#include "shade/around_quick.h"
 
 static char *scene_in(const char *map, const char *light, const char *accuracy, double turn) {
     return text_of(
@@ -169,6 +172,33 @@ static void cells_are_within_the_share(void **state) {
     assert_true(worst > 0 && worst <= 1);
     drop_drawn(&quick);
     drop_drawn(&exact);
+}
+
+static atomic_size_t walks;
+
+void __real_shd_around_sum_quickly(const shd_surroundings *map, const shd_moments *moments,
+                                   const shd_around_lobe *lobe, const shd_around_function *f,
+                                   double share, double floor, double (*out)[SHD_WAY_SUMS]);
+void __wrap_shd_around_sum_quickly(const shd_surroundings *map, const shd_moments *moments,
+                                   const shd_around_lobe *lobe, const shd_around_function *f,
+                                   double share, double floor, double (*out)[SHD_WAY_SUMS]);
+
+void __wrap_shd_around_sum_quickly(const shd_surroundings *map, const shd_moments *moments,
+                                   const shd_around_lobe *lobe, const shd_around_function *f,
+                                   double share, double floor, double (*out)[SHD_WAY_SUMS]) {
+    walks++;
+    __real_shd_around_sum_quickly(map, moments, lobe, f, share, floor, out);
+}
+
+/* Or else each sample would be walked for. */
+static void cells_share_walks(void **state) {
+    walks = 0;
+    drawn d = draw_facets(*state, "\"width\": 96, \"height\": 96, \"samples\": 1", "standard");
+    size_t seen = 0;
+    for (size_t i = 0; i < pixels_of(&d); i++) seen += d.film.rgba[4 * i + 3] > 0;
+    print_message("cells: %zu walks for %zu samples\n", (size_t)walks, seen);
+    assert_true(seen > 3000 && walks > 0 && walks < seen / 2);
+    drop_drawn(&d);
 }
 
 /* Two lamps in a dim map behind the eye, so many texels to its left and right. */
@@ -468,6 +498,7 @@ int main(void) {
         cmocka_unit_test(layers_add_up),
         cmocka_unit_test(cells_do_not_know_regions),
         cmocka_unit_test(cells_are_within_the_share),
+        cmocka_unit_test(cells_share_walks),
         cmocka_unit_test(cells_see_what_is_between_nodes),
         cmocka_unit_test(what_is_kept_knows_the_environment),
         cmocka_unit_test(other_models_are_lit_as_told),
