@@ -12,14 +12,16 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/status.h"
+
 typedef struct shd_budget shd_budget;
 
 /* NULL if there is no memory. */
 shd_budget *shd_budget_new(uint64_t cap);
-void shd_budget_drop(shd_budget *budget); /* NULL is fine */
+SHD_C void shd_budget_drop(shd_budget *budget); /* NULL is fine */
 
 /* Another owner, who drops it, too: the last one ends it. */
-shd_budget *shd_budget_keep(shd_budget *budget);
+SHD_C shd_budget *shd_budget_keep(shd_budget *budget);
 
 /* A function that gives way: it is asked for `bytes`, and gives some of them back before it returns
  * or soon after. It returns how many. Any thread that takes may call it, with any locks. */
@@ -40,11 +42,11 @@ void shd_budget_yield(shd_budget *budget, shd_rank rank, shd_give_way *give_way,
 
 /* Takes `bytes` if they are free, or become so. False: nothing was taken. */
 bool shd_budget_try(shd_budget *budget, size_t bytes);                  /* if they are free now */
-bool shd_budget_take(shd_budget *budget, size_t bytes);                 /* if others give way */
+SHD_C bool shd_budget_take(shd_budget *budget, size_t bytes);           /* if others give way */
 bool shd_budget_wait(shd_budget *budget, size_t bytes, double seconds); /* waits that long */
-void shd_budget_count(shd_budget *budget, size_t bytes);                /* in any case */
+SHD_C void shd_budget_count(shd_budget *budget, size_t bytes);          /* in any case */
 
-void shd_budget_give(shd_budget *budget, size_t bytes);
+SHD_C void shd_budget_give(shd_budget *budget, size_t bytes);
 
 /* Counts bytes that stay for good, which no work can have. */
 void shd_budget_fix(shd_budget *budget, size_t bytes);
@@ -57,4 +59,4 @@ typedef struct shd_budget_load {
 shd_budget_load shd_budget_load_of(shd_budget *budget);
 
 /* The most that work can have: the cap without what is fixed. UINT64_MAX for a NULL budget. */
-uint64_t shd_budget_most(shd_budget *budget);
+SHD_C uint64_t shd_budget_most(shd_budget *budget);

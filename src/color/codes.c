@@ -3,6 +3,7 @@
 #include "color/codes.h"
 
 #include <float.h>
+#include <malloc.h>
 #include <math.h>
 #include <stdlib.h>
 
@@ -340,6 +341,13 @@ shd_color_codes *shd_color_codes_bake(const shd_color_transform *transform, unsi
     if (ok) return codes;
     shd_color_codes_drop(codes);
     return NULL;
+}
+
+size_t shd_color_codes_size(const shd_color_codes *codes) {
+    size_t bytes = sizeof *codes;
+    for (size_t i = 0; i < sizeof codes->memory / sizeof codes->memory[0]; i++)
+        bytes += malloc_usable_size(codes->memory[i]);
+    return bytes;
 }
 
 void shd_color_codes_drop(shd_color_codes *codes) {

@@ -40,7 +40,8 @@ extern const shd_color_kernel shd_color_kernel_portable, shd_color_kernel_avx2,
  * go_on(context) is false, which is asked all along; a NULL function never is. */
 shd_color_codes *shd_color_codes_bake(const shd_color_transform *transform, unsigned max,
                                       shd_color_go_on *go_on, const void *context);
-void shd_color_codes_drop(shd_color_codes *codes); /* NULL is fine */
+void shd_color_codes_drop(shd_color_codes *codes);         /* NULL is fine */
+size_t shd_color_codes_size(const shd_color_codes *codes); /* bytes that they take */
 
 #ifdef __cplusplus
 }

@@ -2,13 +2,14 @@
  * ocio*.cpp; every entry catches all exceptions.
  *
  * A configuration is loaded once and shared by threads. Transforms are made on first use and kept
- * for the life of the configuration. Any number of threads may apply one at once. */
+ * for a while. Any number of threads may apply one at once. */
 #pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/budget.h"
 #include "base/catalog.h"
 #include "base/cpu.h"
 #include "base/status.h"
@@ -46,21 +47,36 @@ const char *shd_color_config_digest(const shd_color_config *config);
 const shd_space_info *shd_color_rule(const shd_color_config *config, const char *name,
                                      bool *is_default);
 
-/* The transform from a space to another one or, of a scene-linear space, to a display's view.
- * Borrowed. Names are those of the catalog; for another name SHD_SCENE. Any thread. */
-shd_status shd_color_to_space(shd_color_config *config, const char *from, const char *to,
-                              const shd_color_transform **out, shd_error *error);
-shd_status shd_color_to_view(shd_color_config *config, const char *from, const char *display,
-                             const char *view, const shd_color_transform **out, shd_error *error);
-
-/* Transforms with adjustments are as many as clients think of. So the configuration keeps the last
- * ones only, and whoever uses one holds it by a lease. *lease is NULL at first; it is made as
- * needed, and its drop gives back all that it holds. One thread at a time. */
+/* Tables of transforms may be large, and transforms are as many as clients think of. So whoever
+ * uses one holds it by a lease, and the last ones that were asked for are kept for others. *lease
+ * is NULL at first; it is made as needed, and its drop gives back all that it holds. One thread at
+ * a time. */
 typedef struct shd_color_lease shd_color_lease;
 void shd_color_lease_drop(shd_color_lease *lease); /* NULL is fine */
 
-/* The transform to a space (`view` NULL) or a display's view, adjusted; *out is good until the
- * lease ends. What is data must not be adjusted. Looks that are unknown are SHD_SCENE, too. */
+/* From here on transforms, and the files that the configuration refers to, count in `budget` (NULL:
+ * no one's), and a sixteenth of it, 64 MB at most, may be kept of transforms that nobody holds;
+ * before, none are. `first`, unless it is NULL, has joined before, lives longer, and keeps those of
+ * both. SHD_CONFIG: there is no room for the files. Call it once, before other threads ask. */
+shd_status shd_color_config_join(shd_color_config *config, shd_budget *budget,
+                                 const shd_color_config *first, shd_error *error);
+
+/* Gives up `bytes` of what is kept, if there is as much, and returns how many. Any thread, with any
+ * locks. */
+size_t shd_color_trim(shd_color_config *config, size_t bytes);
+
+/* The transform from a space to another one or, of a scene-linear space, to a display's view; *out
+ * is good until the lease ends. Names are those of the catalog; for another name SHD_SCENE.
+ * SHD_CROWDED: the budget has no room for it. Any thread. */
+shd_status shd_color_to_space(shd_color_config *config, const char *from, const char *to,
+                              shd_color_lease **lease, const shd_color_transform **out,
+                              shd_error *error);
+shd_status shd_color_to_view(shd_color_config *config, const char *from, const char *display,
+                             const char *view, shd_color_lease **lease,
+                             const shd_color_transform **out, shd_error *error);
+
+/* The transform to a space (`view` NULL) or a display's view, adjusted, in the same way. What is
+ * data must not be adjusted. Looks that are unknown are SHD_SCENE, too. */
 shd_status shd_color_adjusted(shd_color_config *config, const char *from, const char *space,
                               const char *display, const char *view, const shd_adjust *adjust,
                               shd_color_lease **lease, const shd_color_transform **out,

@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "base/budget.h"
 #include "color/codes.h"
 #include "color/color.h"
 
@@ -24,6 +25,21 @@ struct shd_color_polar {
     std::string name, description, base;
     std::vector<const char *> aliases;
     double scale[3]; // of L, C, and h in degrees
+};
+
+// Bytes that a budget counts (null: none does) for as long as this is there.
+class shd_color_account {
+  public:
+    shd_color_account() = default;
+    shd_color_account(const shd_color_account &) = delete;
+    ~shd_color_account();
+    bool take(shd_budget *from, size_t bytes); // once, at most; false: it refuses
+    void add(size_t bytes);                    // in any case
+    size_t bytes() const { return held; }
+
+  private:
+    shd_budget *budget = nullptr;
+    std::atomic<size_t> held{0};
 };
 
 struct shd_color_transform {
@@ -43,10 +59,43 @@ struct shd_color_transform {
         std::unique_ptr<shd_color_codes, Drop> baked; // constant once it is done
     };
     mutable Codes codes[2];
+
+    size_t reckoned = 0;               // bytes that `cpu` takes
+    mutable shd_color_account account; // of these and of `codes`
+};
+
+using shd_color_shared = std::shared_ptr<const shd_color_transform>;
+
+// Transforms for those who ask next, of all configurations that an engine has had. Those that
+// nobody holds go, the longest unused first, where all together take too much. Any thread.
+class shd_color_shelf {
+  public:
+    shd_color_shelf(shd_budget *budget, size_t most); // null: none; bytes of what nobody holds
+    ~shd_color_shelf();
+    shd_color_shared find(const std::string &key);
+    // What is there for `key` now: `made`, or what another thread has put. Null: the budget
+    // refuses.
+    shd_color_shared put(const std::string &key, shd_color_shared made);
+    size_t trim(size_t bytes);             // makes that many go, if there are; tells how many went
+    void tidy();                           // after something was let go
+    void clear(const std::string &prefix); // of keys
+
+  private:
+    using Entry = std::pair<std::string, shd_color_shared>;
+    size_t take_out(size_t bytes, size_t count, std::list<Entry> *out);
+    void take_excess(std::list<Entry> *out);
+
+    shd_budget *const budget;
+    const size_t most;
+    std::mutex mutex;         // of what follows
+    std::list<Entry> entries; // the one that was asked for last in front
+    std::map<std::string, std::list<Entry>::iterator> places;
 };
 
 struct shd_color_lease {
-    std::set<std::shared_ptr<const shd_color_transform>> held;
+    std::shared_ptr<shd_color_shelf> shelf;
+    std::set<shd_color_shared> held;
+    ~shd_color_lease();
 };
 
 struct shd_color_config {
@@ -63,12 +112,16 @@ struct shd_color_config {
     std::vector<shd_look_info> looks;
     std::deque<std::vector<shd_holds>> holds;
 
-    std::mutex mutex; // guards what follows, not what transforms point to
-    std::map<std::string, std::unique_ptr<shd_color_transform>> transforms;
+    std::string number; // what keys begin with: tells its transforms from those of others
+    std::shared_ptr<shd_color_shelf> shelf;
+    size_t file_bytes = 0;     // of what it refers to, which OpenColorIO keeps
+    shd_color_account account; // of these
+
+    std::mutex mutex; // of what follows; held while a transform is made
     std::map<std::string, shd_color_info> measured; // by space
 
-    // Those with adjustments, the one that was asked for last in front.
-    std::list<std::pair<std::string, std::shared_ptr<shd_color_transform>>> adjusted;
+    shd_color_config();
+    ~shd_color_config();
 };
 
 // Makes one line of text, without a trailing period. Bytes that are no text become question marks.

@@ -22,6 +22,7 @@ const shd_color_codes *shd_color_codes_of(const shd_color_transform *transform, 
         if (!lock) return nullptr;
         if (!codes.done) {
             codes.baked.reset(shd_color_codes_bake(transform, max, go_on, context));
+            if (codes.baked) transform->account.add(shd_color_codes_size(codes.baked.get()));
             codes.done = codes.baked || !go_on || go_on(context);
         }
     }

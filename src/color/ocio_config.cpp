@@ -59,6 +59,7 @@ shd_status digest(shd_color_config *config, const std::string &text,
         if (status) return status;
         XXH3_128bits_update(state.get(), &size, sizeof size);
         XXH3_128bits_update(state.get(), data, size);
+        config->file_bytes += size;
         std::free(data);
     }
     XXH128_hash_t hash = XXH3_128bits_digest(state.get());
@@ -300,6 +301,14 @@ OCIO::ConstConfigRcPtr with_aces_2(const OCIO::ConstConfigRcPtr &built_in) {
     return config;
 }
 
+// OpenColorIO would keep all transforms for the life of the configuration, and clients think of as
+// many as they like.
+OCIO::ConstConfigRcPtr without_cache(const OCIO::ConstConfigRcPtr &config) {
+    OCIO::ConfigRcPtr forgetful = config->createEditableCopy();
+    forgetful->setProcessorCacheFlags(OCIO::PROCESSOR_CACHE_OFF);
+    return forgetful;
+}
+
 // Refuses mistakes that OpenColorIO's own validation lets through.
 void check(shd_color_config *config, bool archived, std::set<std::string> *files) {
     const OCIO::ConstConfigRcPtr &ocio = config->ocio;
@@ -320,16 +329,31 @@ void make_all(shd_color_config *config) {
     const char *working = catalog.scene_linear->name;
     const shd_color_transform *made;
     shd_error error;
+    const auto fails = [&](auto make) {
+        shd_color_lease *lease = nullptr;
+        const shd_status status = make(&lease);
+        shd_color_lease_drop(lease);
+        return status != SHD_OK;
+    };
+    const auto to_space_fails = [&](const char *from, const char *to) {
+        return fails([&](shd_color_lease **lease) {
+            return shd_color_to_space(config, from, to, lease, &made, &error);
+        });
+    };
+    const auto to_view_fails = [&](const char *display, const char *view) {
+        return fails([&](shd_color_lease **lease) {
+            return shd_color_to_view(config, working, display, view, lease, &made, &error);
+        });
+    };
     for (size_t i = 0; i < catalog.space_count; i++) {
         const char *name = catalog.spaces[i].name;
-        if (shd_color_to_space(config, working, name, &made, &error) ||
-            shd_color_to_space(config, name, working, &made, &error))
+        if (to_space_fails(working, name) || to_space_fails(name, working))
             throw std::runtime_error("color space '" + std::string(name) + "': " + error.text);
     }
     for (size_t i = 0; i < catalog.display_count; i++)
         for (size_t j = 0; j < catalog.displays[i].view_count; j++) {
             const char *display = catalog.displays[i].name, *view = catalog.displays[i].views[j];
-            if (shd_color_to_view(config, working, display, view, &made, &error))
+            if (to_view_fails(display, view))
                 throw std::runtime_error("display '" + std::string(display) + "', view '" + view +
                                          "': " + error.text);
         }
@@ -398,6 +422,7 @@ shd_status shd_color_config_load(const char *path, shd_color_config **out, shd_e
         } else {
             config->ocio = with_aces_2(config->ocio);
         }
+        config->ocio = without_cache(config->ocio);
         fill_catalog(config.get());
         if (path) make_all(config.get());
         status = digest(config.get(), path ? built_in + text : built_in + built_in, files, error);

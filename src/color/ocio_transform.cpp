@@ -17,26 +17,59 @@ constexpr size_t block = 1024;
 // Bytes, more than the making of a transform takes (of tables for PQ: 4 MB).
 constexpr size_t room_to_make = 8u << 20;
 
-// The transform for `key`; `make` makes it if it is not there yet.
+constexpr size_t each_operator = 4u << 10, each_transform = 8u << 10;
+
+// Leases the transform for `key`; `make` makes it if it is not there yet.
 template <typename Make>
-shd_status cached(shd_color_config *config, const std::string &key, Make make,
-                  const shd_color_transform **out) {
-    std::lock_guard<std::mutex> lock(config->mutex);
-    auto found = config->transforms.find(key);
-    if (found == config->transforms.end()) {
-        // As in loading: OpenColorIO ends the process if there is no memory.
-        operator delete(operator new(room_to_make));
-        found = config->transforms.emplace(key, make()).first;
+shd_status leased(shd_color_config *config, const std::string &key, Make make,
+                  shd_color_lease &lease, const shd_color_transform **out, shd_error *error) {
+    lease.shelf = config->shelf;
+    const std::string place = config->number + key;
+    shd_color_shared found = config->shelf->find(place);
+    if (!found) {
+        std::unique_lock<std::mutex> lock(config->mutex);
+        found = config->shelf->find(place);
+        if (!found) {
+            // As in loading: OpenColorIO ends the process if there is no memory.
+            operator delete(operator new(room_to_make));
+            shd_color_shared made = make();
+            lock.unlock(); // who gives way for it may have locks
+            found = config->shelf->put(place, std::move(made));
+        }
     }
-    *out = found->second.get();
+    if (!found)
+        return shd_fail(error, SHD_CROWDED, "",
+                        "other requests have the memory just now: the limit `memory` leaves too "
+                        "little for a transform of colors");
+    *out = lease.held.insert(std::move(found)).first->get();
     return SHD_OK;
 }
 
+// Bytes that OpenColorIO takes for these operators: for each what small ones take, measured with
+// glibc's malloc, and its tables; of inverted cubes there is a tree beside the table.
+size_t reckon(const OCIO::GroupTransform &group) {
+    size_t bytes = 0;
+    for (int i = 0; i < group.getNumTransforms(); i++) {
+        const OCIO::ConstTransformRcPtr one = group.getTransform(i);
+        bytes += each_operator;
+        if (const auto lut = OCIO_DYNAMIC_POINTER_CAST<const OCIO::Lut1DTransform>(one))
+            bytes += sizeof(float[3]) * lut->getLength();
+        else if (const auto cube = OCIO_DYNAMIC_POINTER_CAST<const OCIO::Lut3DTransform>(one))
+            bytes += (sizeof(float[3]) + sizeof(float[4])) * cube->getGridSize() *
+                     cube->getGridSize() * cube->getGridSize();
+        else if (const auto more = OCIO_DYNAMIC_POINTER_CAST<const OCIO::GroupTransform>(one))
+            bytes += reckon(*more);
+    }
+    return bytes;
+}
+
 // LOSSLESS leaves out the fast approximations of log, exp and pow, and resampled tables.
-OCIO::ConstCPUProcessorRcPtr build(const OCIO::ConstProcessorRcPtr &processor) {
-    OCIO::ConstCPUProcessorRcPtr cpu = processor->getOptimizedCPUProcessor(
+void build(const OCIO::ConstProcessorRcPtr &processor, shd_color_transform *made) {
+    const OCIO::ConstCPUProcessorRcPtr cpu = processor->getOptimizedCPUProcessor(
         OCIO::BIT_DEPTH_F32, OCIO::BIT_DEPTH_F32, OCIO::OPTIMIZATION_LOSSLESS);
-    return cpu->isNoOp() ? nullptr : cpu;
+    if (cpu->isNoOp()) return;
+    made->cpu = cpu;
+    made->reckoned += reckon(*processor->createGroupTransform());
 }
 
 // What shd_ocio_measure finds of a space. The configuration's mutex is held.
@@ -88,25 +121,30 @@ void describe(shd_color_config *config, const char *from, const OCIO::ConstColor
     std::memcpy(made->info.primaries, known.primaries, sizeof made->info.primaries);
 }
 
-std::unique_ptr<shd_color_transform> make_to_space(shd_color_config *config, const char *from,
-                                                   const char *to) {
-    std::unique_ptr<shd_color_transform> made(new shd_color_transform);
-    made->name = to;
+std::shared_ptr<shd_color_transform> new_transform(const char *name) {
+    std::shared_ptr<shd_color_transform> made = std::make_shared<shd_color_transform>();
+    made->name = name;
+    made->reckoned = each_transform;
+    return made;
+}
+
+shd_color_shared make_to_space(shd_color_config *config, const char *from, const char *to) {
+    const std::shared_ptr<shd_color_transform> made = new_transform(to);
     const bool same = !std::strcmp(from, to);
     if (!same && (made->before = shd_color_find_polar(config, from)))
         from = made->before->base.c_str();
     if (!same && (made->after = shd_color_find_polar(config, to))) to = made->after->base.c_str();
-    if (std::strcmp(from, to)) made->cpu = build(config->ocio->getProcessor(from, to));
+    if (std::strcmp(from, to)) build(config->ocio->getProcessor(from, to), made.get());
     describe(config, from, config->ocio->getColorSpace(to), made.get());
     return made;
 }
 
-std::unique_ptr<shd_color_transform> make_to_view(shd_color_config *config, const char *from,
-                                                  const char *display, const char *view) {
-    std::unique_ptr<shd_color_transform> made(new shd_color_transform);
+shd_color_shared make_to_view(shd_color_config *config, const char *from, const char *display,
+                              const char *view) {
+    const std::shared_ptr<shd_color_transform> made =
+        new_transform((std::string(display) + " / " + view).c_str());
     const OCIO::ConstConfigRcPtr &ocio = config->ocio;
-    made->cpu = build(ocio->getProcessor(from, display, view, OCIO::TRANSFORM_DIR_FORWARD));
-    made->name = std::string(display) + " / " + view;
+    build(ocio->getProcessor(from, display, view, OCIO::TRANSFORM_DIR_FORWARD), made.get());
     made->info.looks = *ocio->getDisplayViewLooks(display, view);
     describe(config, from, shd_ocio_target(ocio, display, view), made.get());
     return made;
@@ -124,6 +162,23 @@ double decode_srgb(double v) {
 }
 
 } // namespace
+
+static shd_status to_space(shd_color_config *config, const char *from, const char *to,
+                           shd_color_lease &lease, const shd_color_transform **out,
+                           shd_error *error) {
+    const shd_space_info *source = shd_catalog_space(&config->catalog, from);
+    if (!source) return unknown(error, "color space", from);
+    const shd_space_info *target = shd_catalog_space(&config->catalog, to);
+    if (!target) return unknown(error, "color space", to);
+    return leased(
+        config, std::string(source->name) + '\0' + target->name,
+        [&] { return make_to_space(config, source->name, target->name); }, lease, out, error);
+}
+
+static shd_color_lease &made_lease(shd_color_lease **lease) {
+    if (!*lease) *lease = new shd_color_lease;
+    return **lease;
+}
 
 shd_status shd_ocio_convert(const void *self, const char *from, const char *to, double rgb[3],
                             shd_error *error) {
@@ -149,7 +204,8 @@ shd_status shd_ocio_convert(const void *self, const char *from, const char *to, 
         }
     }
     const shd_color_transform *transform = nullptr;
-    shd_status status = shd_color_to_space(config, from, to, &transform, error);
+    shd_color_lease lease;
+    shd_status status = to_space(config, from, to, lease, &transform, error);
     if (status) return status;
     const bool does = transform->cpu || transform->before || transform->after;
     if (!does && !css) return SHD_OK;
@@ -164,20 +220,15 @@ shd_status shd_ocio_convert(const void *self, const char *from, const char *to, 
 }
 
 shd_status shd_color_to_space(shd_color_config *config, const char *from, const char *to,
-                              const shd_color_transform **out, shd_error *error) {
-    const shd_space_info *source = shd_catalog_space(&config->catalog, from);
-    if (!source) return unknown(error, "color space", from);
-    const shd_space_info *target = shd_catalog_space(&config->catalog, to);
-    if (!target) return unknown(error, "color space", to);
-    return guarded(SHD_INTERNAL, "", error, [&] {
-        std::string key = std::string(source->name) + '\0' + target->name;
-        return cached(
-            config, key, [&] { return make_to_space(config, source->name, target->name); }, out);
-    });
+                              shd_color_lease **lease, const shd_color_transform **out,
+                              shd_error *error) {
+    return guarded(SHD_INTERNAL, "", error,
+                   [&] { return to_space(config, from, to, made_lease(lease), out, error); });
 }
 
 shd_status shd_color_to_view(shd_color_config *config, const char *from, const char *display,
-                             const char *view, const shd_color_transform **out, shd_error *error) {
+                             const char *view, shd_color_lease **lease,
+                             const shd_color_transform **out, shd_error *error) {
     const shd_space_info *source = shd_catalog_space(&config->catalog, from);
     if (!source) return unknown(error, "color space", from);
     const shd_display_info *found = shd_catalog_display(&config->catalog, display);
@@ -187,17 +238,16 @@ shd_status shd_color_to_view(shd_color_config *config, const char *from, const c
         known = known || !std::strcmp(found->views[i], view);
     if (!known) return unknown(error, "view", view);
     return guarded(SHD_INTERNAL, "", error, [&] {
-        std::string key = std::string(source->name) + '\0' + display + '\0' + view;
-        return cached(
-            config, key, [&] { return make_to_view(config, source->name, display, view); }, out);
+        return leased(
+            config, std::string(source->name) + '\0' + display + '\0' + view,
+            [&] { return make_to_view(config, source->name, display, view); }, made_lease(lease),
+            out, error);
     });
 }
 
 // ---- Adjustments. ----
 
 namespace {
-
-constexpr size_t most_adjusted = 16;
 
 void append_looks(const std::string &names, const char *from, OCIO::GroupTransform &way) {
     for (size_t at = 0, end; at < names.size(); at = end + 1) {
@@ -211,9 +261,8 @@ void append_looks(const std::string &names, const char *from, OCIO::GroupTransfo
 }
 
 // Light's exposure and looks, the conversion, then gamma.
-std::shared_ptr<shd_color_transform> make_adjusted(shd_color_config *config, const char *from,
-                                                   const char *space, const char *display,
-                                                   const char *view, const shd_adjust &adjust) {
+shd_color_shared make_adjusted(shd_color_config *config, const char *from, const char *space,
+                               const char *display, const char *view, const shd_adjust &adjust) {
     using namespace OCIO;
     const ConstConfigRcPtr &ocio = config->ocio;
     const shd_color_polar *after = view ? nullptr : shd_color_find_polar(config, space);
@@ -245,9 +294,9 @@ std::shared_ptr<shd_color_transform> make_adjusted(shd_color_config *config, con
         gamma->setNegativeStyle(NEGATIVE_MIRROR);
         way->appendTransform(gamma);
     }
-    std::shared_ptr<shd_color_transform> made = std::make_shared<shd_color_transform>();
-    made->cpu = build(ocio->getProcessor(way));
-    made->name = view ? std::string(display) + " / " + view : space;
+    const std::shared_ptr<shd_color_transform> made =
+        new_transform(view ? (std::string(display) + " / " + view).c_str() : space);
+    build(ocio->getProcessor(way), made.get());
     made->after = after;
     made->info.looks =
         adjust.looks ? *adjust.looks : view && *ocio->getDisplayViewLooks(display, view);
@@ -268,26 +317,10 @@ shd_status shd_color_adjusted(shd_color_config *config, const char *from, const 
         const std::string key = numbers + std::string(from) + '\0' + (view ? display : space) +
                                 '\0' + (view ? view : "") + '\0' +
                                 (adjust->looks ? adjust->looks : "\n");
-        if (!*lease) *lease = new shd_color_lease;
-        std::lock_guard<std::mutex> lock(config->mutex);
-        auto &all = config->adjusted;
-        auto found = std::find_if(all.begin(), all.end(),
-                                  [&](const auto &entry) { return entry.first == key; });
-        if (found == all.end()) {
-            operator delete(operator new(room_to_make));
-            all.emplace_front(key, make_adjusted(config, from, space, display, view, *adjust));
-            if (all.size() > most_adjusted) all.pop_back();
-        } else {
-            all.splice(all.begin(), all, found);
-        }
-        (*lease)->held.insert(all.front().second);
-        *out = all.front().second.get();
-        return SHD_OK;
+        return leased(
+            config, key, [&] { return make_adjusted(config, from, space, display, view, *adjust); },
+            made_lease(lease), out, error);
     });
-}
-
-void shd_color_lease_drop(shd_color_lease *lease) {
-    delete lease;
 }
 
 const shd_color_info *shd_color_describe(const shd_color_transform *transform) {

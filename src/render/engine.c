@@ -52,10 +52,11 @@ static size_t give_meshes(void *store, size_t bytes) {
     return shd_store_shrink(store, kept > bytes ? kept - bytes : 0);
 }
 
-/* Of environments first: they are made in less time. */
+/* First what is made in less time: of colors, then of environments. */
 static size_t give_tables(void *context, size_t bytes) {
     const shd_engine *engine = context;
-    const size_t given = give_meshes(engine->glows, bytes);
+    size_t given = shd_color_trim(engine->color, bytes);
+    if (given < bytes) given += give_meshes(engine->glows, bytes - given);
     return given < bytes ? given + shd_westin_tables_trim(engine->westin, bytes - given) : given;
 }
 
@@ -110,6 +111,14 @@ static shd_status load_materials(shd_engine *engine, const char *paths, shd_erro
     return status;
 }
 
+static shd_status load_colors(shd_engine *engine, const char *path, const shd_engine *first,
+                              shd_error *error) {
+    const shd_status status = shd_color_config_load(path, &engine->color, error);
+    return status != SHD_OK ? status
+                            : shd_color_config_join(engine->color, engine->budget,
+                                                    first ? first->color : NULL, error);
+}
+
 static shd_status open_assets(const shd_engine_options *options, shd_engine *engine,
                               shd_error *error) {
     if (!options->assets || !*options->assets) return SHD_OK;
@@ -138,7 +147,7 @@ shd_status shd_engine_new(const shd_engine_options *options, shd_engine **out, s
     };
     pthread_mutex_init(&engine->reading, NULL);
     shd_status status = engine->spares && engine->tiles
-                            ? shd_color_config_load(options->ocio_config, &engine->color, error)
+                            ? load_colors(engine, options->ocio_config, NULL, error)
                             : shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     if (status == SHD_OK) status = load_materials(engine, options->materials, error);
     if (status == SHD_OK) status = open_assets(options, engine, error);
@@ -175,7 +184,7 @@ shd_status shd_engine_renew(const shd_engine *first, const shd_engine_options *o
     engine->library = NULL;
     engine->assets = NULL;
     pthread_mutex_init(&engine->reading, NULL);
-    shd_status status = shd_color_config_load(options->ocio_config, &engine->color, error);
+    shd_status status = load_colors(engine, options->ocio_config, first, error);
     if (status == SHD_OK) status = load_materials(engine, options->materials, error);
     if (status == SHD_OK) status = open_assets(options, engine, error);
     if (status == SHD_OK)

@@ -217,8 +217,9 @@ static shd_status find_picture(shd_request *request, const shd_asset *asset,
     if (held) return SHD_OK;
     shd_status status = SHD_OK;
     if (wish->working && strcmp(space->name, wish->working->name) != 0)
-        status = shd_color_to_space(request->rendering.engine->color, space->name,
-                                    wish->working->name, &transform, error);
+        status =
+            shd_color_to_space(request->rendering.engine->color, space->name, wish->working->name,
+                               request->rendering.lease, &transform, error);
     if (status != SHD_OK) return status;
     shd_stored *thing = shd_store_find(store, SHD_THING_TEXELS, &key);
     if (thing) {

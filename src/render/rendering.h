@@ -11,7 +11,7 @@ typedef struct shd_rendering {
     shd_arena *arena;               /* of all that is made */
     const shd_limits *limits;       /* the request's */
     const atomic_bool *cancelled;   /* the request's flag */
-    shd_color_lease **lease;        /* of the request's adjusted transforms */
+    shd_color_lease **lease;        /* of the request's transforms */
     struct shd_held_table **tables; /* the request's, of microgeometries */
     const shd_plan *plan;           /* NULL until shd_rendering_plan */
     shd_times times;

@@ -262,9 +262,20 @@ class ShareTest(unittest.TestCase):
 class IdleTest(unittest.TestCase):
     @unittest.skipIf(SANITIZED, "a sanitizer has memory of its own")
     def test_what_nobody_asked_for_is_not_made(self):
-        """Tables of all the displays would be 26 MB."""
-        with Daemon("--reuse", "0", "--threads", "1") as daemon:
+        """Tables of all the displays would be 26 MB, and those of 40 exposures of one 60. What is kept of
+        them is a sixteenth of 107 MB, and counted."""
+        with Daemon("--reuse", "0", "--threads", "1", "--memory", "128M", "--response-cache",
+                    "0") as daemon:
             self.assertLess(resident(daemon, "RssAnon"), 16 * MB)
+            before = daemon.metrics()["shaded_memory_used_bytes"]
+            for n in range(40):
+                answer = daemon.render({**SMALL, "output": {
+                    "display": "Rec.2100-PQ", "exposure": n / 100, "format": "png",
+                    "view": "ACES 1.1 - HDR Video (1000 nits & Rec.2020 lim)"}})
+                self.assertEqual(answer.status, 200, answer.body)
+            self.assertLess(resident(daemon, "RssAnon"), 28 * MB)
+            kept = daemon.metrics()["shaded_memory_used_bytes"] - before
+            self.assertTrue(MB < kept < 9 * MB, kept)
 
     @unittest.skipIf(SANITIZED, "a sanitizer keeps what is freed")
     def test_memory_goes_back(self):

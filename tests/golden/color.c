@@ -14,6 +14,7 @@
 #define COUNT(a) (sizeof(a) / sizeof *(a))
 
 static shd_color_config *config;
+static shd_color_lease *lease; /* of all transforms */
 
 static int load(void **state) {
     (void)state;
@@ -22,6 +23,7 @@ static int load(void **state) {
 
 static int drop(void **state) {
     (void)state;
+    shd_color_lease_drop(lease);
     shd_color_config_drop(config);
     return 0;
 }
@@ -29,7 +31,7 @@ static int drop(void **state) {
 /* `rgb` converted from one space to another. */
 static void to_space(const char *from, const char *to, const float rgb[3], float out[4]) {
     const shd_color_transform *transform;
-    assert_int_equal(shd_color_to_space(config, from, to, &transform, NULL), SHD_OK);
+    assert_int_equal(shd_color_to_space(config, from, to, &lease, &transform, NULL), SHD_OK);
     memcpy(out, rgb, 3 * sizeof *rgb);
     out[3] = 1;
     shd_color_apply(transform, out, 1);
@@ -37,8 +39,8 @@ static void to_space(const char *from, const char *to, const float rgb[3], float
 
 static void to_view(const char *display, const char *view, const float rgb[3], float out[4]) {
     const shd_color_transform *transform;
-    assert_int_equal(shd_color_to_view(config, "lin_rec709", display, view, &transform, NULL),
-                     SHD_OK);
+    assert_int_equal(
+        shd_color_to_view(config, "lin_rec709", display, view, &lease, &transform, NULL), SHD_OK);
     memcpy(out, rgb, 3 * sizeof *rgb);
     out[3] = 1;
     shd_color_apply(transform, out, 1);
@@ -91,7 +93,7 @@ static void srgb_s_pieces_meet_where_iec_says(void **state) {
     }
     count -= count % 4;
     const shd_color_transform *srgb;
-    assert_int_equal(shd_color_to_space(config, "lin_rec709", "sRGB", &srgb, NULL), SHD_OK);
+    assert_int_equal(shd_color_to_space(config, "lin_rec709", "sRGB", &lease, &srgb, NULL), SHD_OK);
     shd_color_apply(srgb, pixels, count / 4);
     float x = 0.003f, before = 0;
     for (size_t i = 0; i < count; i++, x = nextafterf(x, 1)) {

@@ -110,14 +110,17 @@ static int make_tables(void **state) {
     shd_color_config *color = ((shd_engine *)*state)->color;
     static const char *const views[][2] = {
         {"sRGB", "Standard"}, {"Rec.1886", "Standard"}, {"sRGB", "Raw"}};
-    for (int i = 0; i < 3; i++) {
+    shd_color_lease *lease = NULL;
+    bool ok = true;
+    for (int i = 0; ok && i < 3; i++) {
         const shd_color_transform *made;
-        if (shd_color_to_view(color, "lin_rec709", views[i][0], views[i][1], &made, NULL) ||
-            !shd_color_codes_of(made, 255, SIZE_MAX, NULL, NULL) ||
-            !shd_color_codes_of(made, 65535, SIZE_MAX, NULL, NULL))
-            return 1;
+        ok = !shd_color_to_view(color, "lin_rec709", views[i][0], views[i][1], &lease, &made,
+                                NULL) &&
+             shd_color_codes_of(made, 255, SIZE_MAX, NULL, NULL) &&
+             shd_color_codes_of(made, 65535, SIZE_MAX, NULL, NULL);
     }
-    return 0;
+    shd_color_lease_drop(lease);
+    return !ok;
 }
 
 int main(void) {

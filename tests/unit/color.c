@@ -16,6 +16,7 @@ enum { SPACES = 39, DISPLAYS = 8, VIEWS = 34, MOST = 80 };
 enum { PIXELS = 2500 }; /* over two blocks, with a tail that no vector width divides */
 
 static shd_color_config *config;
+static _Thread_local shd_color_lease *lease; /* of all transforms */
 
 static int load(void **state) {
     (void)state;
@@ -28,6 +29,7 @@ static int load(void **state) {
 
 static int drop(void **state) {
     (void)state;
+    shd_color_lease_drop(lease);
     shd_color_config_drop(config);
     return 0;
 }
@@ -38,11 +40,12 @@ static size_t all_transforms(shd_color_config *from, const shd_color_transform *
     size_t count = 0;
     shd_status bad = SHD_OK;
     for (size_t i = 0; i < catalog->space_count; i++)
-        bad |= shd_color_to_space(from, "lin_rec709", catalog->spaces[i].name, &out[count++], NULL);
+        bad |= shd_color_to_space(from, "lin_rec709", catalog->spaces[i].name, &lease,
+                                  &out[count++], NULL);
     for (size_t i = 0; i < catalog->display_count; i++)
         for (size_t j = 0; j < catalog->displays[i].view_count; j++)
             bad |= shd_color_to_view(from, "lin_rec709", catalog->displays[i].name,
-                                     catalog->displays[i].views[j], &out[count++], NULL);
+                                     catalog->displays[i].views[j], &lease, &out[count++], NULL);
     return bad ? 0 : count;
 }
 
@@ -152,7 +155,7 @@ static void same_space_is_the_identity(void **state) {
     for (size_t i = 0; i < catalog->space_count; i++) {
         const char *name = catalog->spaces[i].name;
         const shd_color_transform *transform;
-        assert_int_equal(shd_color_to_space(config, name, name, &transform, NULL), SHD_OK);
+        assert_int_equal(shd_color_to_space(config, name, name, &lease, &transform, NULL), SHD_OK);
         shd_color_apply(transform, pixels, PIXELS);
         assert_memory_equal(pixels, before, sizeof pixels);
         double rgb[3] = {0.1, -1e-300, 1e300};
@@ -161,8 +164,9 @@ static void same_space_is_the_identity(void **state) {
     }
     for (int i = 0; i < 3; i++) {
         const shd_color_transform *raw;
-        assert_int_equal(
-            shd_color_to_view(config, "ACEScg", catalog->displays[i].name, "Raw", &raw, NULL), 0);
+        assert_int_equal(shd_color_to_view(config, "ACEScg", catalog->displays[i].name, "Raw",
+                                           &lease, &raw, NULL),
+                         0);
         shd_color_apply(raw, pixels, PIXELS);
         assert_memory_equal(pixels, before, sizeof pixels);
     }
@@ -272,16 +276,19 @@ static void unknown_names_are_refused(void **state) {
     /* The last one is inactive, and no role names it. */
     static const char *const names[] = {"nowhere", "s RGB", "", "sRGB - Display"};
     for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-        assert_int_equal(shd_color_to_space(config, "lin_rec709", names[i], &transform, &error),
-                         SHD_SCENE);
+        assert_int_equal(
+            shd_color_to_space(config, "lin_rec709", names[i], &lease, &transform, &error),
+            SHD_SCENE);
         assert_non_null(strstr(error.text, "unknown color space"));
-        assert_int_equal(shd_color_to_space(config, names[i], "sRGB", &transform, &error),
+        assert_int_equal(shd_color_to_space(config, names[i], "sRGB", &lease, &transform, &error),
                          SHD_SCENE);
     }
     assert_int_equal(
-        shd_color_to_view(config, "lin_rec709", "srgb", "Standard", &transform, &error), SHD_SCENE);
-    assert_int_equal(shd_color_to_view(config, "lin_rec709", "sRGB", "Film", &transform, &error),
-                     SHD_SCENE);
+        shd_color_to_view(config, "lin_rec709", "srgb", "Standard", &lease, &transform, &error),
+        SHD_SCENE);
+    assert_int_equal(
+        shd_color_to_view(config, "lin_rec709", "sRGB", "Film", &lease, &transform, &error),
+        SHD_SCENE);
     assert_string_equal(error.text, "unknown view 'Film'");
     assert_null(transform);
     const shd_catalog *catalog = shd_color_catalog(config);
@@ -337,10 +344,10 @@ static void outputs_are_described(void **state) {
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         const shd_color_transform *made;
-        shd_status status =
-            cases[i].view
-                ? shd_color_to_view(config, cases[i].from, cases[i].to, cases[i].view, &made, NULL)
-                : shd_color_to_space(config, cases[i].from, cases[i].to, &made, NULL);
+        shd_status status = cases[i].view ? shd_color_to_view(config, cases[i].from, cases[i].to,
+                                                              cases[i].view, &lease, &made, NULL)
+                                          : shd_color_to_space(config, cases[i].from, cases[i].to,
+                                                               &lease, &made, NULL);
         assert_int_equal(status, SHD_OK);
         const shd_color_info *info = shd_color_describe(made);
         assert_int_equal(info->channels, cases[i].channels);
@@ -377,6 +384,8 @@ static void *work(void *context) {
         const shd_catalog *catalog = shd_color_catalog(self->config);
         self->ok = self->ok && !catalog->convert(catalog->self, "sRGB", "ACEScg", rgb, NULL);
     }
+    shd_color_lease_drop(lease);
+    lease = NULL;
     return NULL;
 }
 

@@ -28,6 +28,7 @@ extern const unsigned long shd_embedded_ocio_size;
 enum { PIXELS = 1000 };
 
 static shd_color_config *config;
+static shd_color_lease *lease; /* of all transforms */
 
 static int load(void **state) {
     (void)state;
@@ -36,13 +37,14 @@ static int load(void **state) {
 
 static int drop(void **state) {
     (void)state;
+    shd_color_lease_drop(lease);
     shd_color_config_drop(config);
     return 0;
 }
 
 static const shd_color_transform *to_space(shd_color_config *from, const char *name) {
     const shd_color_transform *made;
-    assert_int_equal(shd_color_to_space(from, "lin_rec709", name, &made, NULL), SHD_OK);
+    assert_int_equal(shd_color_to_space(from, "lin_rec709", name, &lease, &made, NULL), SHD_OK);
     return made;
 }
 
@@ -186,9 +188,9 @@ static void transforms_that_qualify_are_found_by_what_they_do(void **state) {
     static const char *const views[] = {"Standard", "Raw", "ACES 1.0 - SDR Video"};
     for (int i = 0; i < 9; i++) {
         const shd_color_transform *made;
-        assert_int_equal(
-            shd_color_to_view(config, "lin_rec709", displays[i % 3], views[i / 3], &made, NULL),
-            SHD_OK);
+        assert_int_equal(shd_color_to_view(config, "lin_rec709", displays[i % 3], views[i / 3],
+                                           &lease, &made, NULL),
+                         SHD_OK);
         bool yes = i < 2 || i / 3 == 1;
         assert_int_equal(shd_color_codes_of(made, 255, SIZE_MAX, NULL, NULL) != NULL, yes);
     }

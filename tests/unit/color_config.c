@@ -286,9 +286,12 @@ static void aliases_and_roles_are_names(void **state) {
     means(config, "aces_interchange", "AP0"); /* inactive, but named by a role */
     assert_null(shd_catalog_space(shd_color_catalog(config), "color_picking"));
     const shd_color_transform *by_alias, *by_name;
-    assert_int_equal(shd_color_to_space(config, "Glow", "aces_interchange", &by_alias, NULL), 0);
-    assert_int_equal(shd_color_to_space(config, "light", "AP0", &by_name, NULL), 0);
+    shd_color_lease *lease = NULL;
+    assert_int_equal(
+        shd_color_to_space(config, "Glow", "aces_interchange", &lease, &by_alias, NULL), 0);
+    assert_int_equal(shd_color_to_space(config, "light", "AP0", &lease, &by_name, NULL), 0);
     assert_ptr_equal(by_alias, by_name);
+    shd_color_lease_drop(lease);
     shd_color_config_drop(config);
 
     assert_int_equal(shd_color_config_load(NULL, &config, NULL), SHD_OK);
@@ -393,12 +396,15 @@ static void encodings_are_measured(void **state) {
                  cases[i].curve);
         shd_color_config *config = load_foreign("", space);
         const shd_color_transform *made;
-        assert_int_equal(shd_color_to_space(config, "light", cases[i].name, &made, NULL), SHD_OK);
+        shd_color_lease *lease = NULL;
+        assert_int_equal(shd_color_to_space(config, "light", cases[i].name, &lease, &made, NULL),
+                         SHD_OK);
         const shd_color_info *info = shd_color_describe(made);
         if (info->transfer != cases[i].transfer)
             fail_msg("%s: transfer %d", cases[i].name, (int)info->transfer);
         assert_int_equal(info->has_primaries, cases[i].xy != NULL);
         if (cases[i].xy) assert_memory_equal(info->primaries, cases[i].xy, sizeof info->primaries);
+        shd_color_lease_drop(lease);
         shd_color_config_drop(config);
     }
 }

@@ -11,8 +11,8 @@ shd_status shd_output_transform(const shd_rendering *r, const shd_scene *scene,
     if (shd_adjusts(&output->adjust))
         return shd_color_adjusted(color, from, space ? space->name : NULL, output->display,
                                   output->view, &output->adjust, r->lease, out, error);
-    if (space) return shd_color_to_space(color, from, space->name, out, error);
-    return shd_color_to_view(color, from, output->display, output->view, out, error);
+    if (space) return shd_color_to_space(color, from, space->name, r->lease, out, error);
+    return shd_color_to_view(color, from, output->display, output->view, r->lease, out, error);
 }
 
 bool shd_output_is_flat(const shd_scene *scene, const shd_output *output) {
