@@ -62,14 +62,21 @@ class TokenTest(Folder):
             self.assertEqual(daemon.get("/readyz", admin=True).status, 200)
 
     def test_hashes_names_and_ends(self):
-        ends = int(time.time()) + 3
-        end = time.strftime(" expires=%Y-%m-%dT%H:%M:%SZ", time.gmtime(ends))
-        path = self.file(line("ci", FIRST) + f"{SECOND}\n" + line("ci", THIRD, end) +
-                         line("old", "an-old-token-0123", " expires=2020-02-29T00:00:00Z") +
-                         line("9.far_off-", "x" * 255, "\texpires=9999-12-31T23:59:59Z"), "tokens")
-        with Daemon("--tokens", path) as daemon:
+        def write(seconds):
+            """One token ends then, whole seconds from now, which are told."""
+            ends = int(time.time()) + seconds
+            end = time.strftime(" expires=%Y-%m-%dT%H:%M:%SZ", time.gmtime(ends))
+            return ends, self.file(
+                line("ci", FIRST) + f"{SECOND}\n" + line("ci", THIRD, end) +
+                line("old", "an-old-token-0123", " expires=2020-02-29T00:00:00Z") +
+                line("9.far_off-", "x" * 255, "\texpires=9999-12-31T23:59:59Z"), "tokens")
+
+        with Daemon("--tokens", write(3600)[1]) as daemon:
+            self.assertEqual(daemon.get("/v1/version", bearer(THIRD)).status, 200)
+            ends, _ = write(2)
+            reload(daemon)
             while daemon.get("/v1/version", bearer(THIRD)).status == 200:
-                time.sleep(0.2)
+                time.sleep(0.1)
             self.assertGreaterEqual(time.time(), ends - 0.1)
             digest = line("", FIRST).strip()
             for number, (token, client) in enumerate((

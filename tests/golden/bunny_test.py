@@ -22,7 +22,7 @@ def bunny():
             raise unittest.SkipTest(f"{tool} is not installed")
     out = os.path.join(os.path.abspath(program.BUILD), "bunny.json")
     try:
-        run = subprocess.run([MAKE, out], capture_output=True, text=True, check=False, timeout=120)
+        run = subprocess.run([MAKE, out], capture_output=True, text=True, check=False, timeout=500)
     except subprocess.TimeoutExpired as late:
         raise unittest.SkipTest("npm ci did not finish in 120 s") from late
     if run.returncode:

@@ -19,7 +19,7 @@ SHAPES = ("sphere", "box", "cylinder", "cone", "torus", "disc", "plane")
 
 
 def run(*arguments, **options):
-    done = subprocess.run(arguments, capture_output=True, check=False, timeout=300, **options)
+    done = subprocess.run(arguments, capture_output=True, check=False, timeout=500, **options)
     if done.returncode:
         raise AssertionError(f"{arguments} exits {done.returncode}: {done.stderr.decode()[:2000]}")
     return done
