@@ -12,12 +12,20 @@ static const double UNSEEN = 0.01;
 /* Three rows a pixel. */
 static const double FEW = 3 * 8;
 
-/* The variance of what is left of a row with weight 1. */
-double shd_fit_variance(const shd_fitting *f, double rest, size_t errors, int parameters) {
-    const size_t few = (size_t)parameters;
-    const double found = errors > few ? rest / (double)(errors - few) : 0;
-    if (f->rows->relative) return found;
-    return found < 0.5 ? fmax((double)errors, 1) : fmax(found, 1);
+/* How much farther Student's distribution reaches than the normal one, at one standard deviation:
+ * Fisher's expansion, to 0.015 for one degree of freedom and 0.001 for more. */
+static double reach_of_few(double freedom) {
+    const double y = 1 / freedom;
+    return 1 + y * (0.5 + y * (0.25 + y * 0.0625));
+}
+
+double shd_fit_variance(const shd_fitting *f, double rest, size_t errors, double parameters) {
+    const double all = (double)errors, freedom = all - parameters;
+    if (!(freedom > 0)) return f->rows->relative ? INFINITY : fmax(all, 1);
+    const double found = rest / freedom, reach = reach_of_few(freedom),
+                 wide = found * reach * reach;
+    if (f->rows->relative) return wide;
+    return found < 0.5 ? all : fmax(wide, 1);
 }
 
 static int look_alike(const shd_products *p, int term) {
@@ -30,15 +38,31 @@ static int look_alike(const shd_products *p, int term) {
     return -1;
 }
 
+/* Fewer rows than unknowns, one of which is the exponent, leave any of them open; so does light in
+ * no unit if nothing is left to measure its errors by. */
+static bool are_too_few(const shd_fit_channel *channel, double variance) {
+    size_t unknowns = channel->doubt[SHD_FIT_SPECULAR] != SHD_FIT_UNSEEN;
+    for (int i = 0; i < SHD_COLUMNS; i++) unknowns += channel->doubt[i] != SHD_FIT_UNSEEN;
+    return channel->rows < unknowns || !isfinite(variance);
+}
+
+static void doubt_all(shd_fit_channel *out, bool uses[SHD_COLUMNS]) {
+    for (int i = 0; i < SHD_COLUMNS; i++) {
+        if (out->doubt[i] != SHD_FIT_UNSEEN) out->doubt[i] = SHD_FIT_TOO_FEW;
+        uses[i] = false;
+    }
+}
+
 static void doubt_terms(const shd_products *p, bool lobe, double variance, shd_fit_channel *out,
                         bool uses[SHD_COLUMNS]) {
+    const double least = isfinite(variance) ? UNSEEN * UNSEEN * variance : 0;
     for (int i = 0; i < SHD_COLUMNS; i++) {
         shd_products own = *p;
         if (!lobe && i != SHD_FIT_SPECULAR)
             for (int j = 0; j < SHD_COLUMNS; j++) own.columns[2][j] = own.columns[j][2] = 0;
         out->doubt[i] = SHD_FIT_SURE;
         out->like[i] = -1;
-        if (!(p->columns[i][i] > UNSEEN * UNSEEN * variance))
+        if (!(p->columns[i][i] > least))
             out->doubt[i] = SHD_FIT_UNSEEN;
         else if (shd_column_share(&own, i) < ALIKE)
             out->doubt[i] = SHD_FIT_LIKE_OTHERS;
@@ -189,6 +213,7 @@ shd_status shd_fit_tell_errors(const shd_fitting *f, shd_candidate *best, bool l
     slope slopes[3];
     double variance[3];
     bool uses[3][SHD_COLUMNS];
+    int few = 0; /* channels of too few rows */
     const double exponents[BESIDE] = {shd_fit_exponent(low), shd_fit_exponent(best->at),
                                       shd_fit_exponent(low + 2 * half)};
     shd_status status = f->lobes(f->context, exponents, BESIDE, f->scratch, error);
@@ -201,11 +226,16 @@ shd_status shd_fit_tell_errors(const shd_fitting *f, shd_candidate *best, bool l
         shd_fit_channel *channel = &out->channels[c];
         const size_t errors = shd_fit_errors(f, channel->rows, c);
         const double rest = channel->weighted * channel->weighted * (double)errors;
-        variance[c] = shd_fit_variance(f, rest, errors, SHD_FIT_TERMS);
+        variance[c] = shd_fit_variance(f, rest, errors, SHD_COLUMNS + 1 / 3.0);
         doubt_terms(&best->products[c], lobe, variance[c], channel, uses[c]);
+        if (!are_too_few(channel, variance[c])) continue;
+        doubt_all(channel, uses[c]);
+        variance[c] = 0; /* it tells nothing of the exponent, either */
+        few++;
     }
     const double on =
         sum_slopes(f, best, f->scratch[0], f->scratch[1], f->scratch[2], 2 * half, slopes);
+    if (out->doubt == SHD_FIT_SURE && few == 3) out->doubt = SHD_FIT_TOO_FEW;
     if (out->doubt == SHD_FIT_SURE && on < FEW) out->doubt = SHD_FIT_FEW;
     const spread errors = spread_errors(best, slopes, variance, uses);
     if (lobe) finish(best, &errors);

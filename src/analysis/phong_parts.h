@@ -33,8 +33,10 @@ static inline size_t shd_fit_errors(const shd_fitting *f, size_t rows, int chann
     return alike > 1 ? rows - alike + 1 : rows;
 }
 
-/* The variance of what is left of a row with weight 1, after so many parameters. */
-double shd_fit_variance(const shd_fitting *f, double rest, size_t errors, int parameters);
+/* The variance of what is left of a row with weight 1, after so many parameters (of the exponent
+ * each channel has a third), such that its root is one standard deviation however few errors it is
+ * found of. INFINITY: there are too few. */
+double shd_fit_variance(const shd_fitting *f, double rest, size_t errors, double parameters);
 
 /* Sums what no highlight has part in: f->base. SHD_CANCELLED. */
 shd_status shd_fit_sum_base(shd_fitting *f, shd_error *error);

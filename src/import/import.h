@@ -30,7 +30,7 @@ typedef struct shd_import_texture {
     const shd_model_picture *picture;
     double mean[3];   /* of the picture, or 1: the coefficient over this is the picture's factor */
     double factor[3]; /* that of the file, where the mean is 0 */
-    double most;      /* what either is cut to */
+    double most[3];   /* what either is cut to */
     char channel;     /* 'R' or 'A': it is no color; else 0 */
     bool is_tinted;   /* of a channel: it has a factor all the same */
 } shd_import_texture;

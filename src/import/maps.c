@@ -15,7 +15,7 @@
 /* glTF's normalTexture.scale, which assimp's header of materials does not have. */
 #define NORMAL_SCALE "$tex.scale"
 
-enum { FILE_MOST = 1 << 28, PATH_ROOM = 4096 };
+enum { FILE_MOST = 1 << 28, PATH_ROOM = 4096, CUTS_MOST = 8 /* of one picture */ };
 
 /* ---- Files ---- */
 
@@ -265,19 +265,29 @@ static void put_unseen(shd_map_reader *r, const char *name, shd_model_material *
     }
 }
 
+/* How many pictures have keys that begin so. */
+static size_t count_pictures(const shd_map_reader *r, const char *begin, size_t length) {
+    size_t count = 0;
+    for (size_t i = 0; i < r->count; i++) count += !strncmp(r->keys[i], begin, length);
+    return count;
+}
+
 void shd_put_cut_out(shd_map_reader *r, float factor, shd_model_material *out) {
     const shd_model_map *base = &out->maps[SHD_MAP_DIFFUSE];
     if (!base->picture || !out->cutoff) return;
     const shd_model_picture *whole = &r->pictures[base->picture - 1];
     if (!whole->measured || whole->mean[3] >= 1) return;
-    char key[64];
-    snprintf(key, sizeof key, "cut out of %u at %a of %a", base->picture, (double)out->cutoff,
+    char key[96];
+    const int begin = snprintf(key, sizeof key, "cut out of %u at ", base->picture);
+    snprintf(key + begin, sizeof key - (size_t)begin, "%a of %a", (double)out->cutoff,
              (double)factor);
     uint32_t mask = find_picture(r, key);
     void *file;
     size_t length;
-    if (!mask && shd_cut_out(r->block->bytes + whole->bytes.at, whole->bytes.count, factor,
-                             out->cutoff, &file, &length)) {
+    /* Each takes as long as its picture to decode. */
+    if (!mask && count_pictures(r, key, (size_t)begin) < CUTS_MOST &&
+        shd_cut_out(r->block->bytes + whole->bytes.at, whole->bytes.count, factor, out->cutoff,
+                    &file, &length)) {
         if (put_key(r, key)) {
             r->pictures[r->count++] = make_picture(r, key, file, length);
             mask = (uint32_t)r->count;

@@ -27,5 +27,6 @@ void shd_put_maps(shd_map_reader *reader, const struct aiMaterial *material, con
                   shd_model_material *out);
 
 /* glTF: what is cut out has a picture of its own, of opacity, if the base color's has an alpha that
- * `factor` multiplies. out->cutoff is set. */
+ * `factor` multiplies, and fewer than eight have been cut out of that picture at other values.
+ * out->cutoff is set. */
 void shd_put_cut_out(shd_map_reader *reader, float factor, shd_model_material *out);

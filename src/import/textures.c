@@ -105,13 +105,21 @@ static void give_texture(const shd_model_material *from, shd_model_map_kind kind
     }
     out->textures[kind] = *texture;
     if (kind != SHD_MAP_DIFFUSE) return;
-    /* What rough facets scatter is in it, which is not all of the base color: where that is bright,
-     * the factor would make it more than there is. */
-    if (from->kind == SHD_MODEL_METAL_ROUGH) out->textures[kind].most = 1;
     if (from->kind != SHD_MODEL_MTL) out->textures[SHD_MAP_AMBIENT] = *texture;
     /* A metal mirrors its base color, which only Phong's lobes can take from a picture. */
     if (mirrors_base(from) && out->light.model == SHD_NATIVE_PHONG)
         out->textures[SHD_MAP_SPECULAR] = *texture;
+}
+
+/* What rough facets scatter is in the fit's diffuse color and does not follow the base color: where
+ * a picture is bright, the factor would make more of it than the fit makes of white. */
+static void hold_diffuse(const shd_model_material *from, bool phong, shd_import_material *out) {
+    shd_model_material white = *from;
+    shd_import_material most;
+    if (from->kind == SHD_MODEL_MTL || !out->textures[SHD_MAP_DIFFUSE].map) return;
+    for (int c = 0; c < 3; c++) white.diffuse[c] = 1;
+    shd_import_material_of(&white, phong, &most);
+    memcpy(out->textures[SHD_MAP_DIFFUSE].most, most.light.diffuse, sizeof most.light.diffuse);
 }
 
 /* Looks at the picture of one use: it is taken, or leaves its mean in `color` (NULL: it is of no
@@ -134,7 +142,7 @@ static void consider_map(const shd_scene_writer *w, size_t material, const char 
                                     .picture = picture,
                                     .mean = {mean[0], mean[1], mean[2]},
                                     .factor = {factor[0], factor[1], factor[2]},
-                                    .most = HUGE_VAL};
+                                    .most = {HUGE_VAL, HUGE_VAL, HUGE_VAL}};
         return;
     }
     if (kind == SHD_MAP_OPACITY && from->cutoff > 0) return; /* its base color's is told */
@@ -186,7 +194,7 @@ static void take_occlusion(const shd_scene_writer *w, size_t material, const cha
         *ambient = (shd_import_texture){.map = map,
                                         .picture = picture,
                                         .mean = {1, 1, 1},
-                                        .most = HUGE_VAL,
+                                        .most = {HUGE_VAL, HUGE_VAL, HUGE_VAL},
                                         .channel = 'R',
                                         .is_tinted = true};
         return;
@@ -213,6 +221,7 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
     shd_import_material_of(&even, w->options->phong, out);
     for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
         if (taken[kind].map) give_texture(&even, (shd_model_map_kind)kind, &taken[kind], out);
+    hold_diffuse(&even, w->options->phong, out);
     take_occlusion(w, index, name, from, out);
     tell_losses(w, name, &even, out);
 }
@@ -238,7 +247,7 @@ static void put_factor(shd_scene_writer *w, const shd_import_texture *texture,
     double tint[3];
     for (int c = 0; c < 3; c++) /* what is black tells nothing of its factor */
         tint[c] = fmin(texture->mean[c] > 0 ? rgb[c] / texture->mean[c] : texture->factor[c],
-                       texture->most);
+                       texture->most[c]);
     if (texture->channel) /* numbers, whatever is said of colors in its file */
         fputs(", \"space\": \"lin_rec709\"", w->out);
     else if (!shd_format_get(format_of(w, texture->picture))->linear)

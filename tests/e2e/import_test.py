@@ -584,6 +584,26 @@ class Textures(Case):
             with Image.open(io.BytesIO(self.kept(opacity))) as image:
                 self.assertEqual(np.asarray(image).tolist(), [wanted])
 
+    def test_a_picture_is_cut_out_at_eight_values(self):
+        fading = picture([[1, 2, 3, code] for code in range(0, 256, 5)])
+        base = {"baseColorTexture": {"index": 0}}
+        leaves = [{"name": f"leaf-{i}", "alphaMode": "MASK", "alphaCutoff": 0.1 + 0.05 * i, "pbrMetallicRoughness": base}
+                  for i in range(12)]
+        plates = [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": i}]}
+                  for i in range(12)]
+        scene, said = self.load("model.gltf", textured(
+            images=[fading], materials=leaves, meshes=plates, nodes=[{"mesh": i} for i in range(12)],
+            scenes=[{"nodes": list(range(12))}]), "--assets", "assets")
+        channels = [scene["materials"][f"leaf-{i}"]["opacity"]["channel"] for i in range(12)]
+        self.assertEqual(channels, ["R"] * 8 + ["A"] * 4)
+        self.assertEqual(said.count("fades by its alpha"), 4)
+
+    def test_bright_pictures_send_on_no_more_than_arrives(self):
+        for more in {"metallicFactor": 0}, {"metallicFactor": 0.5, "roughnessFactor": 0.6}:
+            wood = {"name": "wood", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, **more}}
+            self.load("model.gltf", textured(wood), "--assets", "assets")
+            self.assertEqual(self.shade("check", "scene.json", "--assets", "assets").stderr, "")
+
     def test_occlusion_darkens_surroundings(self):
         dark = picture([[51, 9, 9], [255, 9, 9]])
         stone = {"name": "stone", "occlusionTexture": {"index": 0},

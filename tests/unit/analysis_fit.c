@@ -147,6 +147,47 @@ static void left_out_rows_do_not_count(void **unused) {
     assert_true(fabs(f.channels[2].value[2] - truth[2][2]) < 2e-6);
 }
 
+/* So many rows around the highlight, and no other ones. */
+static void keep_rows(rows *out, size_t count) {
+    for (size_t i = 0; i < 3 * ROWS; i++)
+        if (i / 3 < 170 || (i / 3 - 170) % 7 || i / 3 >= 170 + 7 * count) out->weight[i] = 0;
+}
+
+static void fewer_rows_than_unknowns_tell_none_of_them(void **unused) {
+    (void)unused;
+    for (size_t kept = 1; kept < 4; kept++)
+        for (int relative = 0; relative < 2; relative++) {
+            state = 3;
+            make_rows(&r, 6, 1e-3);
+            keep_rows(&r, kept);
+            const shd_phong_fit f = fit_rows(&r, relative);
+            assert_int_equal(f.channels[1].rows, kept);
+            assert_int_equal(f.channels[1].doubt[SHD_FIT_DIFFUSE], SHD_FIT_TOO_FEW);
+            assert_true(isinf(f.channels[1].deviation[SHD_FIT_DIFFUSE]));
+            assert_true(f.channels[1].covariance[1][1] == 0 && isinf(f.deviation));
+        }
+}
+
+/* 68 of 100 values are within one deviation, though errors are known by four rows alone. */
+static void errors_of_few_rows_reach_as_far_as_they_are_told_to(void **unused) {
+    (void)unused;
+    int within = 0, all = 0;
+    state = 17;
+    for (int t = 0; t < 150; t++) {
+        make_rows(&r, 4, 1e-4);
+        keep_rows(&r, 4);
+        const shd_phong_fit f = fit_rows(&r, true);
+        for (int c = 0; c < 3; c++)
+            for (int i = 0; i < 3; i++) {
+                const shd_fit_channel *channel = &f.channels[c];
+                if (channel->doubt[i] != SHD_FIT_SURE) continue;
+                within += fabs(channel->value[i] - truth[c][i]) < channel->deviation[i];
+                all++;
+            }
+    }
+    assert_true(all > 900 && within > 0.6 * all && within < 0.75 * all);
+}
+
 static void coefficients_are_not_negative(void **unused) {
     (void)unused;
     make_rows(&r, 40, 0);
@@ -234,6 +275,8 @@ int main(void) {
         cmocka_unit_test(values_spread_as_they_are_told_to),
         cmocka_unit_test(noise_beyond_weights_widens_errors),
         cmocka_unit_test(left_out_rows_do_not_count),
+        cmocka_unit_test(fewer_rows_than_unknowns_tell_none_of_them),
+        cmocka_unit_test(errors_of_few_rows_reach_as_far_as_they_are_told_to),
         cmocka_unit_test(coefficients_are_not_negative),
         cmocka_unit_test(a_dull_surface_has_no_highlight),
         cmocka_unit_test(light_that_is_the_same_everywhere_tells_one_sum),

@@ -63,6 +63,8 @@ static const char *const unseen[] = {
     "no highlight in it falls on a pixel that is used",
 };
 
+#define TOO_FEW "fewer pixels are used than there are unknowns"
+
 static void say_alike(int term, int like, char *out, size_t size) {
     static const char *const names[] = {"emissive and ambient light", "diffuse light",
                                         "the highlight"};
@@ -82,6 +84,8 @@ static void say_doubt(const shd_fit_channel *channel, int term, char *out, size_
         snprintf(out, size, "%s", unseen[term]);
     else if (channel->doubt[term] == SHD_FIT_LIKE_OTHERS)
         say_alike(term, channel->like[term], out, size);
+    else if (channel->doubt[term] == SHD_FIT_TOO_FEW)
+        snprintf(out, size, TOO_FEW);
     else
         snprintf(out, size, "its standard deviation is more than 0.02 and a quarter of it");
 }
@@ -112,6 +116,7 @@ static void tell_term_doubts(const shd_phong_fit *fit, int term, json_t *list) {
 
 static json_t *tell_doubts(const shd_phong_fit *fit) {
     static const char *const reasons[] = {
+        [SHD_FIT_TOO_FEW] = TOO_FEW,
         [SHD_FIT_VAGUE] = "its standard deviation is more than a quarter of it",
         [SHD_FIT_NO_LOBE] = "no highlight stands out of what the other terms leave",
         [SHD_FIT_FLAT] = "any other one leaves as little",
