@@ -119,13 +119,14 @@ static void convert_cube(const verifying *v, const float *rgba, double reach,
 static range range_of(const verifying *v, const float cube[4 * CORNERS], int sample) {
     const shd_pack *pack = &v->pack;
     const int c = pack->source[sample];
-    const double alpha = pack->premultiply && c < 3 ? (double)cube[3] : 1,
-                 scale = (pack->max > 0 ? pack->max : 1) * alpha;
+    const double alpha = pack->premultiply && c < 3 ? (double)cube[3] : 1;
     range out = {INFINITY, -INFINITY};
     for (int k = 0; k < CORNERS; k++) {
-        const double value = isnan(cube[4 * k + c]) ? 0 : (double)cube[4 * k + c] * scale;
-        out.least = fmin(out.least, value);
-        out.most = fmax(out.most, value);
+        double value = isnan(cube[4 * k + c]) ? 0 : (double)cube[4 * k + c];
+        /* Integers clip before alpha multiplies them. */
+        if (pack->max > 0) value = fmax(fmin(value, 1), 0) * pack->max;
+        out.least = fmin(out.least, value * alpha);
+        out.most = fmax(out.most, value * alpha);
     }
     return out;
 }
@@ -133,8 +134,7 @@ static range range_of(const verifying *v, const float cube[4 * CORNERS], int sam
 static range widen_codes(const verifying *v, range in, bool color) {
     const double max = v->pack.max, dithered = v->output->dither && color ? max / 510 : 0,
                  by = 0.5 + CONVERSION * max + dithered + v->tolerance;
-    const double least = ceil(fmax(fmin(in.least, max), 0) - by),
-                 most = floor(fmax(fmin(in.most, max), 0) + by);
+    const double least = ceil(in.least - by), most = floor(in.most + by);
     return (range){fmax(least, 0), fmin(most, max)};
 }
 
