@@ -108,6 +108,11 @@ class VerifyTest(unittest.TestCase):
                 self.assertTrue(failure["least"] <= was <= failure["most"])
                 self.verify(picture, path, "--pixels", PIXELS, "--tolerance", 2)
 
+    def test_a_dithered_picture_that_is_a_code_brighter(self):
+        picture, path = self.render({**SCENE, "output": {"dither": True}}, "png")
+        Image.fromarray(np.asarray(Image.open(picture)) + np.uint8(1)).save(picture)
+        self.assertGreater(self.verify(picture, path, status=1)["failed"], 390)
+
     def test_light_that_is_off_by_little(self):
         import OpenImageIO as oiio
         picture, path = self.render({**SCENE, "output": {"bitDepth": "float"}}, "exr")
