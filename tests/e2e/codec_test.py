@@ -78,6 +78,20 @@ class CodecTest(unittest.TestCase):
                     plan = re.search(r"([0-9.e-]+) %s" % metric, answer.headers["Shaded-Plan"])[1]
                     self.assertLessEqual(float(error) + float(plan), most)
 
+    def test_what_is_told_adds_up_to_no_more_than_the_budget(self):
+        """Where the plan's bound leaves what the codec loses, but not when both are rounded up."""
+        def find(most):
+            answer = self.picture(most, "deltaE2000", format="jpeg")
+            plan = re.search(r"([0-9.e-]+) deltaE2000", answer.headers["Shaded-Plan"])[1]
+            return float(TOLD.match(answer.headers["Shaded-Codec"])[2]), float(plan)
+
+        error, plan = find(6)
+        scene = {**SCENE, "accuracy": {"maxError": 6}, "output": {"format": "jpeg"}}
+        bound = json.loads(self.daemon.post("/v1/explain", scene).body)["bound"]["deltaE2000"]["most"]
+        self.assertLess(bound, plan)
+        most = error + (bound + plan) / 2
+        self.assertLessEqual(sum(find(most)), most)
+
     def test_the_quality_is_the_least_of_its_neighbors(self):
         answer = self.picture(30, "code", format="jpeg")
         quality = int(TOLD.match(answer.headers["Shaded-Codec"])[1])
@@ -140,6 +154,9 @@ class CodecTest(unittest.TestCase):
             error = self.problem({"accuracy": {"maxError": 5, "metric": metric},
                                   "output": {"format": "jpeg", "colorSpace": "YIQ"}})
             self.assertEqual(error["pointer"], "/accuracy/metric")
+            # What is lossless is within any budget, and nobody named a quality.
+            answer = self.picture(0.1, metric, format="webp", colorSpace="YIQ")
+            self.assertEqual(answer.headers["Shaded-Codec"], f"quality=100; error<=0 {metric}; p99<=0")
         self.picture(40, "code", format="jpeg", colorSpace="YIQ")
 
     def test_a_deadline_ends_the_search(self):

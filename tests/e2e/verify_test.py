@@ -75,8 +75,9 @@ class VerifyTest(unittest.TestCase):
                                                                         "colorSpace": "lin_rec709"}),
                    ("hdr", {}), ("jpg", {}), ("jpg", {"quality": 60}), ("webp", {}), ("webp", {"quality": 100})]
         # To load OpenImageIO takes a while, so that not all meet all.
-        chosen = {"plain": outputs, "transparent": [("png", {}), ("tif", {}), ("exr", {}), ("webp", {}),
-                                                    ("webp", {"quality": 100})]}
+        # Bright edges clip before their alpha multiplies them.
+        chosen = {"plain": outputs, "transparent": [("png", {}), ("tif", {"bitDepth": 8, "exposure": 6}), ("exr", {}),
+                                                    ("webp", {}), ("webp", {"quality": 100})]}
         some = [("exr", {"bitDepth": "float"}), ("webp", {"quality": 100}), ("jpg", {})]
         for name, scene in scenes.items():
             for suffix, output in chosen.get(name, some):
@@ -106,6 +107,11 @@ class VerifyTest(unittest.TestCase):
                 self.assertEqual(failure["value"], pixels[y, x, 1])
                 self.assertTrue(failure["least"] <= was <= failure["most"])
                 self.verify(picture, path, "--pixels", PIXELS, "--tolerance", 2)
+
+    def test_a_dithered_picture_that_is_a_code_brighter(self):
+        picture, path = self.render({**SCENE, "output": {"dither": True}}, "png")
+        Image.fromarray(np.asarray(Image.open(picture)) + np.uint8(1)).save(picture)
+        self.assertGreater(self.verify(picture, path, status=1)["failed"], 390)
 
     def test_light_that_is_off_by_little(self):
         import OpenImageIO as oiio

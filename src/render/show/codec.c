@@ -25,6 +25,7 @@ struct shd_codec {
     size_t width, count;
     bool alpha;         /* the last sample of a pixel is */
     bool grey;          /* all others are the same color's */
+    bool unknown;       /* colors have no error in the metric but 0, of what is not lost at all */
     double linear[256]; /* light of a code on the display */
     shd_lab_space lab;
     double room;      /* what the plan leaves of the budget; what is beyond needs no measure */
@@ -67,6 +68,10 @@ static void count_pixel(const shd_codec *c, const unsigned char *a, const unsign
                         tally *t) {
     const size_t count = c->count, colors = c->alpha ? count - 1 : count;
     const bool seen = !c->alpha || a[count - 1] || b[count - 1];
+    if (c->unknown) {
+        count_error(t, !seen || !memcmp(a, b, count) ? 0 : INFINITY);
+        return;
+    }
     if (c->metric == SHD_DELTA_E_2000) {
         count_error(t, !seen || !memcmp(a, b, colors) ? 0 : error_of_colors(c, a, b));
         return;
@@ -131,13 +136,24 @@ static shd_status refuse_metric(const shd_codec *c, shd_error *error) {
 static shd_status find_display(shd_codec *c, const shd_color_info *info, shd_error *error) {
     const bool rgb = info->channels <= SHD_XYZ && info->transfer != SHD_TRANSFER_UNKNOWN &&
                      info->transfer <= SHD_TRANSFER_REC1886 && !info->data;
-    if (c->metric == SHD_CODE) return SHD_OK;
+    const bool known =
+        c->metric == SHD_CODE || (rgb && (c->metric == SHD_LINEAR || info->has_primaries));
+    c->unknown = !known && c->output->format == SHD_WEBP && !c->output->quality;
+    if (c->metric == SHD_CODE || c->unknown) return SHD_OK;
     if (!rgb) return refuse_metric(c, error);
     for (int i = 0; i < 256; i++) c->linear[i] = shd_curve_decode(info->transfer, i / 255.0);
     if (c->metric == SHD_LINEAR) return SHD_OK;
     return info->has_primaries && shd_lab_space_make(info->transfer, info->primaries, &c->lab)
                ? SHD_OK
                : refuse_metric(c, error);
+}
+
+/* What the answer tells of the plan's bound, which is rounded up, so that it and what is told of
+ * the format add up to no more than the budget. */
+static double find_told(const shd_plan *plan, shd_metric metric) {
+    char text[SHD_BOUND_TEXT];
+    shd_plan_print_bound(plan, metric, text);
+    return strtod(text, NULL);
 }
 
 shd_status shd_codec_new(shd_rendering *r, size_t index, const shd_color_info *info,
@@ -158,7 +174,7 @@ shd_status shd_codec_new(shd_rendering *r, size_t index, const shd_color_info *i
     c->count = (size_t)pack.count;
     c->alpha = pack.alpha;
     c->grey = image->channel >= 0 || pack.count < 3;
-    c->room = accuracy->whole - shd_bound_in(&r->plan->bound, accuracy->metric);
+    c->room = accuracy->whole - find_told(r->plan, accuracy->metric);
     image->decoded = measure_rows;
     image->measuring = c;
     *out = c;
@@ -196,7 +212,7 @@ static shd_status try_quality(shd_rendering *r, shd_codec *c, shd_image *image, 
 
 static shd_status refuse_quality(const shd_rendering *r, const shd_codec *c, shd_error *error) {
     const shd_scene *scene = r->plan->scene;
-    const double bound = shd_bound_in(&r->plan->bound, c->metric);
+    const double bound = find_told(r->plan, c->metric);
     const char *metric = shd_metric_names[c->metric];
     const char *format = shd_format_get(c->output->format)->name;
     char pointer[64], lost[SHD_BOUND_TEXT], light[SHD_BOUND_TEXT], both[SHD_BOUND_TEXT];
@@ -240,8 +256,10 @@ shd_status shd_codec_encode(shd_rendering *r, shd_codec *c, shd_image *image, sh
                             shd_lost *lost, shd_error *error) {
     /* WebP's 100 is another format, without loss: it is for what no other quality meets. */
     const bool webp = c->output->format == SHD_WEBP;
-    const int named = c->output->quality, top = named ? named : webp ? LOSSLESS - 1 : LOSSLESS;
-    bool search = !named;
+    const int named = c->output->quality, top = named                 ? named
+                                                : webp && !c->unknown ? LOSSLESS - 1
+                                                                      : LOSSLESS;
+    bool search = !named && !c->unknown;
     const shd_pack pack = shd_pack_of(image, c->output->format);
     const void *samples;
     shd_bytes bytes = {NULL, 0};

@@ -289,19 +289,19 @@ static uint64_t count_clipped(const shd_pack *pack, const float *rgba, size_t pi
     return clipped;
 }
 
-/* Adds less than half a code of 8 bits, by Bayer's pattern of 8 x 8 (B. E. Bayer, "An optimum
- * method for two-level rendition of continuous-tone pictures", ICC 1973): what is a code stays so,
- * and what lies between two becomes both, in its proportions. Greys stay grey. */
-static void dither_pixels(const shd_raster *raster, float *rgba, size_t first, size_t end) {
+/* By Bayer's pattern (B. E. Bayer, "An optimum method for two-level rendition of continuous-tone
+ * pictures", ICC 1973): what is a code stays so, and what lies between two becomes both, in its
+ * proportions. Greys stay grey. */
+void shd_output_dither(const shd_raster *raster, float *rgba, size_t first, size_t end) {
     const size_t width = (size_t)raster->w;
-    for (size_t i = first; i < end; i++) {
+    for (size_t i = first; i < end; i++, rgba += 4) {
         const unsigned x = (unsigned)raster->x + (unsigned)(i % width),
                        y = (unsigned)raster->y + (unsigned)(i / width), mixed = x ^ y;
         unsigned rank = 0;
         for (unsigned bit = 0; bit < 3; bit++)
             rank |= (mixed >> bit & 1) << (5 - 2 * bit) | (y >> bit & 1) << (4 - 2 * bit);
         const float offset = ((float)rank - 31.5f) / (64 * 255);
-        for (size_t c = 0; c < 3; c++) rgba[4 * i + c] += offset;
+        for (size_t c = 0; c < 3; c++) rgba[c] += offset;
     }
 }
 
@@ -320,7 +320,8 @@ static void color_pixels(void *context, size_t index, unsigned slot) {
         atomic_fetch_add(&work->clipped,
                          count_clipped(&work->drawing->layout, work->rgba + 4 * first, some));
     if (work->drawing->output->dither)
-        dither_pixels(&work->rendering->plan->scene->raster, work->rgba, first, first + some);
+        shd_output_dither(&work->rendering->plan->scene->raster, work->rgba + 4 * first, first,
+                          first + some);
 }
 
 /* Makes samples, or floats for the encoder to pack. False: the arena is full, or cancelled. */

@@ -33,5 +33,9 @@ shd_status shd_output_prepare(shd_rendering *r, shd_film *film, shd_error *error
  * on the values of pixels. What was prepared is not counted. */
 shd_status shd_output_size(shd_rendering *r, const shd_film *film, uint64_t *out, shd_error *error);
 
+/* Adds less than half a code of 8 bits to the colors of pixels `first` to `end` of the picture, of
+ * which rgba has the first one at its beginning. */
+void shd_output_dither(const shd_raster *raster, float *rgba, size_t first, size_t end);
+
 /* How many of the output's layers are colors, which are converted as the picture is. */
 size_t shd_output_color_layers(const shd_output *output);

@@ -220,10 +220,15 @@ static json_t *tell_traced(const shd_explained *e) {
 
 /* ---- Outputs, tiers. ---- */
 
-static json_t *tell_outputs(const shd_explained *e) {
-    static const char *const encoders[SHD_FORMAT_COUNT] = {
-        [SHD_PNG] = "libdeflate",   [SHD_JPEG] = "libjpeg-turbo", [SHD_WEBP] = "libwebp",
+static const char *name_encoder(const shd_output *output) {
+    static const char *const names[SHD_FORMAT_COUNT] = {
+        [SHD_PNG] = "own",          [SHD_JPEG] = "libjpeg-turbo", [SHD_WEBP] = "libwebp",
         [SHD_TIFF] = "OpenImageIO", [SHD_EXR] = "OpenImageIO",    [SHD_HDR] = "OpenImageIO"};
+    const bool packed = output->format == SHD_PNG && output->compression;
+    return packed ? "libdeflate" : names[output->format];
+}
+
+static json_t *tell_outputs(const shd_explained *e) {
     const shd_scene *scene = e->plan->scene;
     json_t *list = json_array();
     for (size_t i = 0; i < scene->output_count; i++) {
@@ -233,8 +238,8 @@ static json_t *tell_outputs(const shd_explained *e) {
                                               "format", shd_format_get(output->format)->name,
                                               "depth", shd_depth_name(output->depth), "color",
                                               e->codes[i] ? "codes" : "floats", "curveKnown",
-                                              e->shown[i].coded, "encoder",
-                                              encoders[output->format], "scope", scope));
+                                              e->shown[i].coded, "encoder", name_encoder(output),
+                                              "scope", scope));
     }
     return list;
 }

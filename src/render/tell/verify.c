@@ -102,8 +102,8 @@ static double find_reach(const verifying *v, size_t pixel) {
     return exact + shd_pixel_bound_at(&v->bound, rgb);
 }
 
-static void convert_cube(const verifying *v, const float *rgba, double reach,
-                         float out[4 * CORNERS]) {
+static void convert_cube(const verifying *v, size_t pixel, double reach, float out[4 * CORNERS]) {
+    const float *rgba = v->film.rgba + 4 * pixel;
     for (int k = 0; k < CORNERS; k++) {
         for (int c = 0; c < 3; c++) {
             const double side = k == CORNERS - 1 ? 0 : k >> c & 1 ? reach : -reach;
@@ -113,28 +113,29 @@ static void convert_cube(const verifying *v, const float *rgba, double reach,
     }
     if (v->flat) shd_output_flatten(v->output->matte, out, CORNERS);
     shd_color_apply(v->transform, out, CORNERS);
+    for (int k = 0; v->output->dither && k < CORNERS; k++)
+        shd_output_dither(&v->scene->raster, out + 4 * k, pixel, pixel + 1);
 }
 
 /* The range of a sample before it is stored: of integers in codes. */
 static range range_of(const verifying *v, const float cube[4 * CORNERS], int sample) {
     const shd_pack *pack = &v->pack;
     const int c = pack->source[sample];
-    const double alpha = pack->premultiply && c < 3 ? (double)cube[3] : 1,
-                 scale = (pack->max > 0 ? pack->max : 1) * alpha;
+    const double alpha = pack->premultiply && c < 3 ? (double)cube[3] : 1;
     range out = {INFINITY, -INFINITY};
     for (int k = 0; k < CORNERS; k++) {
-        const double value = isnan(cube[4 * k + c]) ? 0 : (double)cube[4 * k + c] * scale;
-        out.least = fmin(out.least, value);
-        out.most = fmax(out.most, value);
+        double value = isnan(cube[4 * k + c]) ? 0 : (double)cube[4 * k + c];
+        /* Integers clip before alpha multiplies them. */
+        if (pack->max > 0) value = fmax(fmin(value, 1), 0) * pack->max;
+        out.least = fmin(out.least, value * alpha);
+        out.most = fmax(out.most, value * alpha);
     }
     return out;
 }
 
-static range widen_codes(const verifying *v, range in, bool color) {
-    const double max = v->pack.max, dithered = v->output->dither && color ? max / 510 : 0,
-                 by = 0.5 + CONVERSION * max + dithered + v->tolerance;
-    const double least = ceil(fmax(fmin(in.least, max), 0) - by),
-                 most = floor(fmax(fmin(in.most, max), 0) + by);
+static range widen_codes(const verifying *v, range in) {
+    const double max = v->pack.max, by = 0.5 + CONVERSION * max + v->tolerance;
+    const double least = ceil(in.least - by), most = floor(in.most + by);
     return (range){fmax(least, 0), fmin(most, max)};
 }
 
@@ -168,14 +169,13 @@ static void note_failure(verifying *v, size_t pixel, int sample, double value, r
 
 static void check_pixel(verifying *v, size_t pixel) {
     const shd_pack *pack = &v->pack;
-    const float *rgba = v->film.rgba + 4 * pixel;
     const double reach = find_reach(v, pixel);
     if (!isfinite(reach)) {
         v->unbounded++;
         return;
     }
     float cube[4 * CORNERS];
-    convert_cube(v, rgba, reach, cube);
+    convert_cube(v, pixel, reach, cube);
     const bool hidden = pack->alpha && v->output->format == SHD_WEBP &&
                         (double)cube[3] * pack->max < 0.5; /* its color may be anything */
     range all[4];
@@ -187,8 +187,7 @@ static void check_pixel(verifying *v, size_t pixel) {
     bool failed = false;
     for (int s = 0; s < pack->count; s++) {
         const bool color = pack->source[s] < 3;
-        const range may =
-            pack->max > 0 ? widen_codes(v, all[s], color) : widen_floats(v, all[s], largest);
+        const range may = pack->max > 0 ? widen_codes(v, all[s]) : widen_floats(v, all[s], largest);
         const size_t at = pixel * (size_t)v->samples.count + (size_t)s;
         const double value =
             s < v->samples.count ? (double)v->samples.values[at] : pack->max; /* opaque WebP */
@@ -243,6 +242,7 @@ static unsigned char *make_codes(const verifying *v) {
         memcpy(row, v->film.rgba + 4 * i, 4 * some * sizeof *row);
         if (v->flat) shd_output_flatten(v->output->matte, row, some);
         shd_color_apply(v->transform, row, some);
+        if (v->output->dither) shd_output_dither(&v->scene->raster, row, i, i + some);
         shd_pack_row(&v->pack, row, (int)some, codes + i * count);
     }
     return codes;
