@@ -4,6 +4,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 
+#include "import/encode.h"
 #include "import/mean.h"
 
 /* In place: what is made of a pixel is never longer than the pixel. */
@@ -19,31 +20,16 @@ static void cut(const shd_decoded *p, void *samples, float factor, float cutoff)
     }
 }
 
-static bool write_png(const shd_decoded *p, const void *codes, void **file, size_t *length) {
-    struct spng_ihdr head = {.width = (uint32_t)p->width,
-                             .height = (uint32_t)p->height,
-                             .bit_depth = 8,
-                             .color_type = SPNG_COLOR_TYPE_GRAYSCALE};
-    spng_ctx *writer = spng_ctx_new(SPNG_CTX_ENCODER);
-    int failed = !writer;
-    *file = NULL;
-    if (!failed) failed = spng_set_option(writer, SPNG_ENCODE_TO_BUFFER, 1);
-    if (!failed) failed = spng_set_ihdr(writer, &head);
-    if (!failed)
-        failed = spng_encode_image(writer, codes, (size_t)p->width * (size_t)p->height,
-                                   SPNG_FMT_PNG, SPNG_ENCODE_FINALIZE);
-    if (!failed) *file = spng_get_png_buffer(writer, length, &failed);
-    spng_ctx_free(writer);
-    return *file;
-}
-
 bool shd_cut_out(const void *bytes, size_t size, float factor, float cutoff, void **file,
                  size_t *length) {
     shd_decoded p;
     void *samples = shd_decode_codes(bytes, size, &p);
     bool made = samples && p.alpha;
     if (made) cut(&p, samples, factor, cutoff);
-    if (made) made = write_png(&p, samples, file, length);
+    if (made) {
+        const shd_png_head head = {p.width, p.height, 8, SPNG_COLOR_TYPE_GRAYSCALE};
+        made = shd_encode_png(&head, samples, (size_t)p.width * (size_t)p.height, file, length);
+    }
     free(samples);
     return made;
 }

@@ -11,6 +11,7 @@
 
 #include "import/cutout.h"
 #include "import/mean.h"
+#include "import/relief.h"
 
 /* glTF's normalTexture.scale, which assimp's header of materials does not have. */
 #define NORMAL_SCALE "$tex.scale"
@@ -220,8 +221,6 @@ static shd_model_map_kind kind_of(int type, uint32_t material) {
 
 static const char *use_of(int type) {
     switch (type) {
-    case aiTextureType_HEIGHT:
-        return "heights";
     case aiTextureType_SHININESS:
         return "exponents or glossiness";
     case aiTextureType_DISPLACEMENT:
@@ -299,6 +298,81 @@ void shd_put_cut_out(shd_map_reader *r, float factor, shd_model_material *out) {
     out->maps[SHD_MAP_OPACITY].picture = mask;
 }
 
+/* ---- Heights ---- */
+
+/* MTL's statement, and the name of the picture. NULL: there is none. */
+static const char *find_heights(const shd_map_reader *r, const struct aiMaterial *m,
+                                const char *material, struct aiString *path,
+                                const shd_mtl_map **said) {
+    *said = shd_mtl_find(r->mtl, material, "map_bump");
+    if (!*said) *said = shd_mtl_find(r->mtl, material, "bump");
+    if (*said && *(*said)->file) return (*said)->file;
+    return aiGetMaterialTexture(m, aiTextureType_HEIGHT, 0, path, NULL, NULL, NULL, NULL, NULL,
+                                NULL) == aiReturn_SUCCESS
+               ? path->data
+               : NULL;
+}
+
+/* Blender's files have maps of normals there. Their mean is close to the surface's own. */
+static bool looks_like_normals(const shd_model_picture *p) {
+    return p->measured && fabsf(p->mean[0] - 0.5f) < 0.1f && fabsf(p->mean[1] - 0.5f) < 0.1f &&
+           p->mean[2] > 0.75f;
+}
+
+/* Turns the map's heights into normals. False: it cannot be done. */
+static bool turn_heights(shd_map_reader *r, shd_model_map *map) {
+    const shd_model_picture from = r->pictures[map->picture - 1];
+    const bool repeats = map->wrap == SHD_MODEL_REPEAT;
+    shd_relief relief;
+    char key[64], name[PATH_ROOM];
+    snprintf(key, sizeof key, "normals of %u, %d", map->picture, repeats);
+    if (!from.bytes.count || !shd_normals_of_heights(r->block->bytes + from.bytes.at,
+                                                     from.bytes.count, repeats, &relief))
+        return false;
+    map->bump *= (float)relief.steepest;
+    map->picture = relief.file ? find_picture(r, key) : 0; /* what is flat needs none */
+    if (relief.file && !map->picture && put_key(r, key)) {
+        snprintf(name, sizeof name, "%.*s", (int)from.name.count, r->block->bytes + from.name.at);
+        r->pictures[r->count++] = make_picture(r, name, relief.file, relief.length);
+        map->picture = (uint32_t)r->count;
+    }
+    free(relief.file);
+    return true;
+}
+
+static void tell_heights(const shd_map_reader *r, const char *material, const char *file,
+                         const char *what) {
+    shd_lose(r->losses, "material \"%s\": the picture of its heights %s: %s", material, what, file);
+}
+
+static void put_heights(shd_map_reader *r, const struct aiMaterial *m, const char *name,
+                        shd_model_material *out) {
+    struct aiString path;
+    const shd_mtl_map *said;
+    const char *file = find_heights(r, m, name, &path, &said);
+    char text[128];
+    if (!file) return;
+    if (out->maps[SHD_MAP_NORMAL].picture) {
+        tell_heights(r, name, file, "is left out, because it has one of normals");
+        return;
+    }
+    shd_model_map map = {.picture = put_picture(r, file), .scale = {1, 1}, .bump = 1};
+    if (!map.picture) return;
+    if (said) apply_statement(said, &map);
+    if (looks_like_normals(&r->pictures[map.picture - 1])) {
+        tell_heights(r, name, file, "has the colors of normals, and is taken for one of these");
+    } else {
+        snprintf(text, sizeof text, "becomes one of normals, with white %g texels above black",
+                 (double)map.bump);
+        if (!turn_heights(r, &map)) {
+            tell_heights(r, name, file, "is left out, because it cannot be read");
+            return;
+        }
+        tell_heights(r, name, file, text);
+    }
+    if (map.picture) out->maps[SHD_MAP_NORMAL] = map;
+}
+
 void shd_put_maps(shd_map_reader *r, const struct aiMaterial *m, const char *name,
                   shd_model_material *out) {
     for (int type = aiTextureType_DIFFUSE; type <= AI_TEXTURE_TYPE_MAX; type++) {
@@ -308,6 +382,7 @@ void shd_put_maps(shd_map_reader *r, const struct aiMaterial *m, const char *nam
                                  NULL, NULL) != aiReturn_SUCCESS)
             continue;
         const shd_model_map_kind kind = kind_of(type, out->kind);
+        if (type == aiTextureType_HEIGHT) continue; /* once it is known whether there are normals */
         if (kind == SHD_MAP_KINDS) {
             shd_lose(r->losses,
                      "material \"%s\": the picture of its %s is left out, because scenes have no "
@@ -330,5 +405,6 @@ void shd_put_maps(shd_map_reader *r, const struct aiMaterial *m, const char *nam
         if (said) apply_statement(said, map);
     }
     put_unseen(r, name, out);
+    put_heights(r, m, name, out);
     if (out->maps[SHD_MAP_NORMAL].picture) hold_bump(r, name, &out->maps[SHD_MAP_NORMAL]);
 }

@@ -139,7 +139,8 @@ static void read_statement(reading *r, char *line) {
     for (size_t i = 0; i < sizeof unknown / sizeof *unknown; i++)
         if (!strcasecmp(statement, unknown[i]))
             shd_lose(r->losses, "material \"%s\": its %s is left out", r->material, unknown[i]);
-    if (!strncasecmp(statement, "map_", 4) || !strcasecmp(statement, "norm"))
+    if (!strncasecmp(statement, "map_", 4) || !strcasecmp(statement, "norm") ||
+        !strcasecmp(statement, "bump"))
         read_map(r, statement, line);
 }
 

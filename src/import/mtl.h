@@ -3,7 +3,7 @@
 
 #include "import/losses.h"
 
-/* A statement such as `map_Kd -s 2 2 -o 0.5 0 wood.png`, or `norm`. */
+/* A statement such as `map_Kd -s 2 2 -o 0.5 0 wood.png`, `norm` or `bump`. */
 typedef struct shd_mtl_map {
     char *material, *statement, *file;
     float scale[2], offset[2]; /* `-s`, `-o`: of u and v */

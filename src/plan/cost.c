@@ -18,8 +18,11 @@ static const double BALL = 3.5;         /* a ray at a sphere that stays one, in 
 static const double WIDE_BALL = 6.5;    /* the same if more digits are wanted */
 static const double BUNDLE_RAY = 4.5;   /* a ray at a mesh */
 static const double TRIANGLE_RAY =
-    3.5;                            /* more for each triangle that a block's rays are tried at */
-static const double TRIANGLE = 350; /* a triangle of a mesh, to make it findable */
+    3.5;                             /* more for each triangle that a block's rays are tried at */
+static const double TRIANGLE = 350;  /* a triangle of a mesh, to make it findable */
+static const double FOOTPRINT = 120; /* a place on a chart, and what is seen around it */
+static const double PICTURE = 500;   /* a picture's mean over that */
+static const double FRAME = 150;     /* a map's normal, turned to the world */
 
 /* What rays, and samples, cost with other kernels, times these. */
 static const double slower_rays[SHD_ISA_COUNT] = {
@@ -158,6 +161,16 @@ static size_t triangles_of(const shd_object *object) {
     return shd_tessellation_triangles(object->shape, object->segments);
 }
 
+/* What a map of normals costs at the faces or corners of an object that is lit there. */
+static double mapped_facets(const shd_plan *plan, size_t index) {
+    const shd_object *object = &plan->scene->objects[index];
+    if (object->interpolation == SHD_PHONG ||
+        !plan->materials[plan->objects[index].material].normal)
+        return 0;
+    const double looks = object->interpolation == SHD_FLAT ? 1 : 3;
+    return looks * (double)triangles_of(object) * (FOOTPRINT + PICTURE + FRAME);
+}
+
 size_t shd_plan_built_triangles(const shd_scene *scene, size_t index) {
     const shd_object *object = &scene->objects[index];
     const shd_mesh *mesh = object->mesh;
@@ -201,13 +214,13 @@ static double light_factor(const shd_plan *plan, const shd_kernel_cost *costs, s
 
 /* What a sample's footprint on a chart costs, the means of patterns over it, and how far highlights
  * are widened there. */
-static double patterns_of(const shd_plan_material *material) {
-    static const double FOOTPRINT = 120, MEAN = 150, PICTURE = 500, BEND = 150, WIDEN = 15,
-                        FRAME = 150;
+static double patterns_of(const shd_plan_material *material, bool faceted) {
+    static const double MEAN = 150, BEND = 150, WIDEN = 15;
     const shd_plan_textures *textures = material->textures;
     double sum = textures ? FOOTPRINT : 0;
     for (size_t p = 0; textures && p < textures->pattern_count; p++)
         sum += textures->patterns[p].picture ? PICTURE : MEAN;
+    if (faceted) return sum;
     if (material->normal) sum += (textures ? 0 : FOOTPRINT) + PICTURE + FRAME;
     if (material->antialiased) sum += BEND + WIDEN * (double)material->lobe_count;
     return sum;
@@ -240,9 +253,9 @@ static double light_of(const shd_plan *plan, size_t index, const shd_kernel_cost
     const double lobes = (double)plan->materials[lit->material].lobe_count;
     const double slower = slower_samples[plan->isa];
     if (plan->scene->objects[index].interpolation != SHD_PHONG)
-        return SAMPLE * slower + FACET + patterns_of(&plan->materials[lit->material]);
+        return SAMPLE * slower + FACET + patterns_of(&plan->materials[lit->material], true);
     const double sample = slower * (tier == SHD_EXACT ? WIDE_SAMPLE + EXACT_SAMPLE : SAMPLE) +
-                          patterns_of(&plan->materials[lit->material]);
+                          patterns_of(&plan->materials[lit->material], false);
     const double light = factor * cost->light + lobes * cost->lobe;
     if (!plan->extended) {
         const double lights =
@@ -312,6 +325,7 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
         cost.shadow += samples * o.area / all * traced.shadow;
         cost.trace += samples * o.area / all * traced.trace;
         cost.meshes += (double)shd_plan_built_triangles(scene, i) * TRIANGLE;
+        cost.meshes += mapped_facets(plan, i);
     }
     /* Objects are taken to be side by side until the picture is full, and then before each other:
      * rays are cast at each, and the nearest one is lit. */

@@ -307,6 +307,13 @@ double shd_mean_share(const shd_plan *plan, const double *share);
  * whose own components are 1 at most. */
 double shd_lifted_most(const shd_bins *bins);
 
+/* Whether a map turns the object's normals at each sample. Those of faceted objects are turned
+ * where their light is found (render/tiles/mapped.h). */
+static inline bool shd_turns_normals(const shd_plan *plan, size_t object) {
+    return plan->materials[plan->objects[object].material].normal &&
+           plan->scene->objects[object].interpolation == SHD_PHONG;
+}
+
 /* Fills [bins->count] with what each bin adds to a light's color. */
 void shd_light_in_bins(const shd_plan *plan, const shd_light *light, double (*out)[3]);
 

@@ -350,11 +350,6 @@ void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *o
     const shd_material *material = &r->materials[object->material];
     if (!shd_is_textured(material)) return;
     const bool bare = object->shape == SHD_MESH && object->mesh && !object->mesh->uvs;
-    /* Frames of normals are at points of a chart, which are lit one by one. */
-    if (material->normal_texture && object->interpolation != SHD_PHONG)
-        shd_wrong(r, node,
-                  "a material with a map of normals needs interpolation phong: flat and gouraud "
-                  "are lit once a face or a corner, where a pixel's normal says nothing");
     if (bare)
         shd_wrong(r, node, "a material with %s needs `uvs` on a mesh",
                   material->normal_texture ? "a map of normals" : "a pattern or a picture");

@@ -133,16 +133,25 @@ static shd_vec3 center_ray(shd_seen_by *ray, shd_vec3 normal) {
     return moved;
 }
 
-static shd_footprint footprint_on_shape(const shd_chart *chart, const shd_charted_point *point,
-                                        const shd_seen_by *ray) {
+/* A parallelogram in the tangent plane of a point, around what is `moved` from that. */
+typedef struct patch {
+    shd_vec3 moved, right, down;
+} patch;
+
+/* What the ray's pixel sees of the plane of this normal. */
+static patch patch_seen(const shd_seen_by *ray, shd_vec3 normal) {
     shd_seen_by middle = *ray;
-    const shd_vec3 normal = point->normal, moved = center_ray(&middle, normal),
-                   from = shd_sub(point->position, chart->to_world.origin),
-                   local = shd_linear(&chart->from_world, shd_add(from, moved)),
-                   right = shd_linear(&chart->from_world,
-                                      shd_slide(&middle, normal, middle.right, STEEPEST)),
-                   down = shd_linear(&chart->from_world,
-                                     shd_slide(&middle, normal, middle.down, STEEPEST));
+    const shd_vec3 moved = center_ray(&middle, normal);
+    return (patch){moved, shd_slide(&middle, normal, middle.right, STEEPEST),
+                   shd_slide(&middle, normal, middle.down, STEEPEST)};
+}
+
+static shd_footprint lay_on_shape(const shd_chart *chart, const shd_charted_point *point,
+                                  const patch *p) {
+    const shd_vec3 from = shd_sub(point->position, chart->to_world.origin),
+                   local = shd_linear(&chart->from_world, shd_add(from, p->moved)),
+                   right = shd_linear(&chart->from_world, p->right),
+                   down = shd_linear(&chart->from_world, p->down);
     const place at = chart_shape(chart->object, local, shd_carry_normal(chart, point->normal));
     return (shd_footprint){{at.u, at.v},
                            {shd_dot(at.du, right), shd_dot(at.dv, right)},
@@ -216,9 +225,10 @@ static slope slope_on_mesh(const shd_chart *chart, const shd_charted_point *poin
     }
     shd_vec3 local = shd_cross(side[0], side[1]);
     for (int k = 0; k < 2; k++) side[k] = shd_linear(&chart->to_world, side[k]);
-    for (int k = 0; mesh->normals && k < 3; k++)
+    const bool smooth = mesh->normals && chart->object->interpolation != SHD_FLAT;
+    for (int k = 0; smooth && k < 3; k++)
         shd_normalize(shd_vec3_at(mesh->normals, corner[k]), &n[k]);
-    if (mesh->normals)
+    if (smooth)
         local = shd_madd(shd_madd(shd_scale(n[0], 1 - point->b - point->c), n[1], point->b), n[2],
                          point->c);
     const shd_vec3 front = shd_linear(&normals, local);
@@ -252,23 +262,26 @@ void shd_step_weights(const shd_vec3 side[2], shd_vec3 step, double out[2]) {
     out[1] = determinant > 0 ? (aa * b - ab * a) / determinant : 0;
 }
 
-static shd_footprint footprint_on_mesh(const shd_chart *chart, const shd_charted_point *point,
-                                       const shd_seen_by *ray) {
+/* The sides of the point's triangle, in the world. */
+static void sides_of(const shd_chart *chart, const shd_charted_point *point, shd_vec3 out[2]) {
+    const shd_mesh *mesh = chart->object->mesh;
+    const uint32_t *corner = mesh->indices + 3 * (size_t)point->triangle;
+    const shd_vec3 first = shd_vec3_at(mesh->positions, corner[0]);
+    for (int k = 0; k < 2; k++)
+        out[k] = shd_linear(&chart->to_world,
+                            shd_sub(shd_vec3_at(mesh->positions, corner[k + 1]), first));
+}
+
+static shd_footprint lay_on_mesh(const shd_chart *chart, const shd_charted_point *point,
+                                 const shd_vec3 side[2], const patch *p) {
     const shd_mesh *mesh = chart->object->mesh;
     const uint32_t *corner = mesh->indices + 3 * (size_t)point->triangle;
     const double *a = mesh->uvs + 2 * (size_t)corner[0], *b = mesh->uvs + 2 * (size_t)corner[1],
                  *c = mesh->uvs + 2 * (size_t)corner[2];
-    const shd_vec3 first = shd_vec3_at(mesh->positions, corner[0]);
-    shd_vec3 side[2];
-    for (int k = 0; k < 2; k++)
-        side[k] = shd_linear(&chart->to_world,
-                             shd_sub(shd_vec3_at(mesh->positions, corner[k + 1]), first));
-    const shd_vec3 normal = shd_cross(side[0], side[1]);
-    shd_seen_by middle = *ray;
     double right[2], down[2], step[2];
-    shd_step_weights(side, center_ray(&middle, normal), step);
-    shd_step_weights(side, shd_slide(&middle, normal, middle.right, STEEPEST), right);
-    shd_step_weights(side, shd_slide(&middle, normal, middle.down, STEEPEST), down);
+    shd_step_weights(side, p->moved, step);
+    shd_step_weights(side, p->right, right);
+    shd_step_weights(side, p->down, down);
     shd_footprint out;
     for (int k = 0; k < 2; k++) {
         const double ab = b[k] - a[k], ac = c[k] - a[k];
@@ -281,6 +294,21 @@ static shd_footprint footprint_on_mesh(const shd_chart *chart, const shd_charted
 
 shd_footprint shd_chart_footprint(const shd_chart *chart, const shd_charted_point *point,
                                   const shd_seen_by *ray) {
-    return chart->object->shape == SHD_MESH ? footprint_on_mesh(chart, point, ray)
-                                            : footprint_on_shape(chart, point, ray);
+    if (chart->object->shape == SHD_MESH) {
+        shd_vec3 side[2];
+        sides_of(chart, point, side);
+        const patch seen = patch_seen(ray, shd_cross(side[0], side[1]));
+        return lay_on_mesh(chart, point, side, &seen);
+    }
+    const patch seen = patch_seen(ray, point->normal);
+    return lay_on_shape(chart, point, &seen);
+}
+
+shd_footprint shd_chart_around(const shd_chart *chart, const shd_charted_point *point,
+                               const shd_vec3 sides[2]) {
+    const patch p = {{0, 0, 0}, sides[0], sides[1]};
+    if (chart->object->shape != SHD_MESH) return lay_on_shape(chart, point, &p);
+    shd_vec3 side[2];
+    sides_of(chart, point, side);
+    return lay_on_mesh(chart, point, side, &p);
 }

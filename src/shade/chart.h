@@ -35,6 +35,11 @@ typedef struct shd_seen_by {
 shd_footprint shd_chart_footprint(const shd_chart *chart, const shd_charted_point *point,
                                   const shd_seen_by *ray);
 
+/* The footprint of the parallelogram that has these sides, of the world, around the point, as the
+ * tangent plane at the point has it. */
+shd_footprint shd_chart_around(const shd_chart *chart, const shd_charted_point *point,
+                               const shd_vec3 sides[2]);
+
 /* The frame in which a map's normals are told (shade/bump.h): unit, at right angles to each other
  * and to the normal of the surface's front. */
 typedef struct shd_tangent_frame {

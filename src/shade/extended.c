@@ -130,7 +130,8 @@ static void sharpen_lobes(const shd_surface *at, shd_plan_lobe *lobes, shd_plan_
 static bool weigh_shape(const shd_plan *plan, const shd_lighting *kernels, const shd_light *shape,
                         const shd_surface *at, double row[SHD_BRDF_ROWS]) {
     const shd_plan_material *m = at->material;
-    if (at->sharp) kernels = NULL; /* which know of one exponent for all points */
+    /* They know of one exponent for all points. Microgeometry has none. */
+    if (at->sharp && m->model != SHD_MODEL_WESTIN) kernels = NULL;
     const bool phong = m->model == SHD_MODEL_PHONG,
                own = m->model == SHD_MODEL_OREN_NAYAR || m->model == SHD_MODEL_WESTIN,
                summed = own || (!phong && m->lobe_count);

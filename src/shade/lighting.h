@@ -83,7 +83,7 @@ typedef struct shd_surface {
 /* The surface's own normal where a map has turned `normal`. */
 static inline shd_vec3 shd_flat_normal(const shd_surface *at) {
     const shd_plan_material *m = at->material;
-    if (!m->normal) return at->normal;
+    if (!m->normal || !at->sharp) return at->normal;
     const double *const *rows = at->sharp + 2 * m->lobe_count;
     return (shd_vec3){rows[0][at->sharp_at], rows[1][at->sharp_at], rows[2][at->sharp_at]};
 }

@@ -118,6 +118,12 @@ const shd_facets *shd_sight_facets(const shd_sight *sight, size_t object) {
     return sight->items[object].facets;
 }
 
+void shd_sight_corners(const shd_sight *sight, size_t object, size_t triangle, shd_vec3 out[3]) {
+    const shd_item *it = &sight->items[object];
+    for (int k = 0; k < 3; k++)
+        out[k] = shd_transform(&it->to_world, shd_triangle_corner(&it->triangles, triangle, k));
+}
+
 /* ---- Objects made ready. ---- */
 
 static const char FULL[] = "the limit `memory` is reached by this object";

@@ -104,3 +104,6 @@ typedef struct shd_facets {
 
 /* NULL: the object is shaded at every sample. */
 const shd_facets *shd_sight_facets(const shd_sight *sight, size_t object);
+
+/* The corners of a triangle of a faceted object, in the world's frame. */
+void shd_sight_corners(const shd_sight *sight, size_t object, size_t triangle, shd_vec3 out[3]);

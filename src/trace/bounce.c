@@ -263,7 +263,7 @@ static void follow_step(path *p, step *s) {
     const shd_beam beam = {met.object, met.triangle, at.position, at.own, ray, width};
     double scratch[SHD_BINS_MOST];
     const double *opacity = shd_opacity_at(plan, &beam, scratch);
-    if (material->normal) shd_bump_beam(plan->scene, &beam, &p->sharp, &surface);
+    if (shd_turns_normals(plan, met.object)) shd_bump_beam(plan->scene, &beam, &p->sharp, &surface);
     b->local.light(b->local.context, p->scratch, &surface, &met, width, p->local);
     p->out.edge |= hit.ray.lost;
     if (!hit.ray.lost)

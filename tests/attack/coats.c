@@ -185,11 +185,19 @@ static void put_passage(FILE *out, uint64_t *random) {
     }
 }
 
-void put_coat(FILE *out, uint64_t *random, bool facets) {
+/* Microgeometries that are few, since each is simulated. */
+static void put_westin(FILE *out, uint64_t *random) {
+    static const char *const types[] = {"grooves", "weave", "heightfield"};
+    fprintf(out, "\"model\": \"westin\", \"microgeometry\": {\"type\": \"%s\"}, \"diffuse\": %.17g",
+            types[knob_of(random, 3)], knob(random, 0, 1));
+    put_bumps(out, random);
+}
+
+static void put_reflectance(FILE *out, uint64_t *random) {
     static const char *const models[] = {"phong", "blinn-phong", "phong-normalized", "oren-nayar",
                                          "cook-torrance"};
     const int model = goes_beyond(BEYOND_MODELS) ? knob_of(random, 5) : 0;
-    fprintf(out, "\"material\": {\"model\": \"%s\", ", models[model]);
+    fprintf(out, "\"model\": \"%s\", ", models[model]);
     put_coefficient(out, "diffuse", random, 0.9);
     put_shine(out, random, model);
     if (one_of(random, 4) == 0) {
@@ -200,9 +208,17 @@ void put_coat(FILE *out, uint64_t *random, bool facets) {
         fputs(", ", out);
         put_coefficient(out, "ambient", random, 0.5);
     }
-    if (goes_beyond(BEYOND_BUMPS) && !facets && knob_of(random, 4)) put_bumps(out, random);
+    if (goes_beyond(BEYOND_BUMPS) && knob_of(random, 4)) put_bumps(out, random);
     if (!goes_beyond(BEYOND_LEVEL) && model != 3 && knob_of(random, 8) == 0)
         fputs(", \"specularAntialiasing\": true", out);
+}
+
+void put_coat(FILE *out, uint64_t *random) {
+    fputs("\"material\": {", out);
+    if (goes_beyond(BEYOND_FACETS) && goes_beyond(BEYOND_BUMPS) && one_of(random, 5) == 0)
+        put_westin(out, random);
+    else
+        put_reflectance(out, random);
     if (knob_of(random, 8) == 0) fputs(", \"side\": \"front\"", out);
     put_passage(out, random);
     fputs("}", out);

@@ -6,8 +6,8 @@
 #include <stdint.h>
 #include <stdio.h>
 
-/* `"material": {...}`, and whether it is on something that is lit once a face or a corner. */
-void put_coat(FILE *out, uint64_t *random, bool facets);
+/* `"material": {...}`. */
+void put_coat(FILE *out, uint64_t *random);
 
 /* A light of type environment. `seen`: it may be visible, of which a scene has one. */
 void put_sky(FILE *out, uint64_t *random, bool may_be_seen);

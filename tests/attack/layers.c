@@ -98,10 +98,10 @@ static void add_plane(const layered *d, shd_layer_kind kind, size_t index, size_
     }
 }
 
-/* What f32 may lose of planes that are summed one by one, and what of a lobe is so faint that it is
- * left out. */
+/* What f32 may lose of planes that are summed one by one, what of a lobe is so faint that it is
+ * left out, and what f32 has of the one color of a pattern where the other one is black. */
 static bool differs(double a, double b, double size) {
-    return !(fabs(a - b) <= 1e-5 * size + 1e-9);
+    return !(fabs(a - b) <= 1e-5 * size + 2e-8);
 }
 
 /* The component of a pixel whose sums differ, and how: NULL, if none do. */

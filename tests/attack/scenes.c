@@ -125,6 +125,10 @@ const family families[] = {
          BEYOND_PICTURES},
     {"furnished", "maps of normals, pictures and environments between mirrors", write_dressed,
      false, false, BEYOND_SKY | BEYOND_BUMPS | BEYOND_PICTURES | BEYOND_MIRRORS | BEYOND_SHADOWS},
+    {"chiseled", "maps of normals on what is flat and gouraud, mirrors, other models and westin",
+     write_dressed, false, false,
+     BEYOND_FACETS | BEYOND_BUMPS | BEYOND_PRINTS | BEYOND_MODELS | BEYOND_MIRRORS |
+         BEYOND_SHADOWS},
     {"trimmed", "flat and gouraud, patterns, environments and spectra", write_dressed, false, false,
      BEYOND_FACETS | BEYOND_PRINTS | BEYOND_SKY | BEYOND_SPECTRUM},
 };

@@ -58,15 +58,14 @@ static void put_sheet(FILE *out, uint64_t *random) {
     fputs("], ", out);
 }
 
-/* Whether it is lit once a face or a corner. */
-static bool put_way(FILE *out, uint64_t *random, bool cut) {
+/* It may be lit once a face or a corner. */
+static void put_way(FILE *out, uint64_t *random, bool cut) {
     static const char *const ways[] = {"flat", "gouraud"};
-    if (!goes_beyond(BEYOND_FACETS) || one_of(random, 4) == 0) return false;
+    if (!goes_beyond(BEYOND_FACETS) || one_of(random, 4) == 0) return;
     fprintf(out, "\"interpolation\": \"%s\", ", ways[knob_of(random, 2)]);
     /* All corners have integrals over environments, which are slow. */
     const int most = goes_beyond(BEYOND_SKY) ? 2 : 14;
     if (cut) fprintf(out, "\"segments\": %d, ", 3 + one_of(random, most));
-    return true;
 }
 
 /* In steps of a tenth, and of 45 degrees. */
@@ -82,8 +81,8 @@ static void put_square_turn(FILE *out, uint64_t *random, double up) {
 static void put_square(FILE *out, uint64_t *random, int index) {
     static const char *const shapes[] = {"sphere", "cylinder", "cone", "torus", "box", "disc"};
     fprintf(out, "%s\"type\": \"%s\", ", index ? ", {" : "{", shapes[one_of(random, 6)]);
-    const bool facets = put_way(out, random, true);
-    put_coat(out, random, facets);
+    put_way(out, random, true);
+    put_coat(out, random);
     fputs(", ", out);
     put_square_turn(out, random, 0.1 * one_of(random, 5));
     fputs("}", out);
@@ -92,10 +91,9 @@ static void put_square(FILE *out, uint64_t *random, int index) {
 static void put_dressed(FILE *out, uint64_t *random, int index) {
     const int kind = one_of(random, 5);
     fputs(index ? ", {" : "{", out);
-    bool facets = false;
     if (kind == 0 && !goes_beyond(BEYOND_FACETS)) {
         fputs("\"type\": \"plane\", ", out);
-        put_coat(out, random, false);
+        put_coat(out, random);
         fprintf(out,
                 ", \"transform\": {\"rotate\": [%.17g, %.17g, %.17g], \"translate\": "
                 "[0, %.17g, 0]}}",
@@ -109,8 +107,8 @@ static void put_dressed(FILE *out, uint64_t *random, int index) {
         fputs(one_of(random, 2) ? "\"type\": \"box\", " : "\"type\": \"disc\", ", out);
     else
         put_shape(out, random, between(random, 0.5, 1.2));
-    facets = put_way(out, random, kind != 1);
-    put_coat(out, random, facets);
+    put_way(out, random, kind != 1);
+    put_coat(out, random);
     fputs(", ", out);
     const xyz scale = one_of(random, 4) ? ONE
                                         : (xyz){between(random, -1, 1), between(random, 0.1, 1),

@@ -491,6 +491,52 @@ class Textures(Case):
         self.assertEqual(self.kept(a["normal"]), LEFT_RED)
         self.assertIn("picture of its heights is left out", said)
 
+    def heights(self, codes, statement):
+        """The material whose picture of heights has these codes, the slopes of its map, and what was said."""
+        (self.folder / "heights.png").write_bytes(picture(*codes))
+        a, said = self.mtl(statement)
+        if "normal" not in a:
+            return a, None, said
+        with Image.open(io.BytesIO(self.kept(a["normal"]))) as image:
+            normals = np.asarray(image.convert("RGB"), float) / 127.5 - 1
+        return a, -a["normal"].get("scale", 1) * normals[..., :2] / normals[..., 2:], said
+
+    def test_heights_become_normals(self):
+        at = np.arange(32)
+        wave = np.round(127.5 + 100 * np.sin(2 * np.pi * at / 32))
+        a, slopes, said = self.heights(np.tile(wave, (4, 1)).tolist(), "map_bump -bm 2 -s 3 1 heights.png\n")
+        rise = 2 * 100 / 255 * np.sin(2 * np.pi / 32) * np.cos(2 * np.pi * at / 32)
+        np.testing.assert_allclose(slopes[..., 0], np.tile(rise, (4, 1)), atol=0.01)
+        np.testing.assert_allclose(slopes[..., 1], 0, atol=0.002)
+        self.assertEqual(a["normal"]["uv"], {"wrap": "repeat", "scale": [3, 1]})
+        self.assertIn("becomes one of normals, with white 2 texels above black: heights.png\n", said)
+        ramp = [[[200 - 40 * row, 0, 0]] * 3 for row in range(5)]
+        for wrap, ends in ("", -1.5), ("-clamp on ", 1):
+            a, slopes, said = self.heights(ramp, f"bump {wrap}-bm -5 heights.png\n")
+            up = -5 * 0.2126 * 40 / 255 * np.array([ends, 1, 1, 1, ends])
+            np.testing.assert_allclose(slopes[:, 1, 1], up, atol=0.004)
+            np.testing.assert_allclose(slopes[:, 1, 0], 0, atol=0.002)
+            self.assertEqual(a["normal"]["uv"]["wrap"], "clamp" if wrap else "repeat")
+
+    def test_heights_turn_the_surface(self):
+        codes = [[40 * k for k in range(6)]] * 2
+        (self.folder / "heights.png").write_bytes(picture(*codes))
+        self.mtl("bump -clamp on -bm 6.375 heights.png\n")
+        scene = json.loads((self.folder / "scene.json").read_text())
+        for light, code in ([1, 0, -1], 255), ([-1, 0, -1], 0), ([0, 0, -1], 255 * 0.5 ** 0.5):
+            np.testing.assert_allclose(self.seen(scene, light), code, atol=2)
+
+    def test_heights_that_are_none(self):
+        a, slopes, said = self.heights([[128, 128]], "bump heights.png\n")
+        self.assertNotIn("normal", a)
+        a, slopes, said = self.heights([[[128, 128, 255], [140, 120, 250]]], "map_Bump -bm 0.5 heights.png\n")
+        self.assertIn("has the colors of normals, and is taken for one of these: heights.png\n", said)
+        self.assertEqual(a["normal"]["scale"], 0.5)
+        self.assertEqual(self.kept(a["normal"]), (self.folder / "heights.png").read_bytes())
+        a, said = self.mtl("map_bump nothing.png\n")
+        self.assertIn("picture of its heights is left out, because it cannot be read: nothing.png\n", said)
+        self.assertNotIn("normal", a)
+
     def test_alpha_of_pictures_is_opacity(self):
         clear = picture([[1, 2, 3, 255], [1, 2, 3, 0]])
         for mode, counts in ("OPAQUE", False), ("MASK", True), ("BLEND", True):

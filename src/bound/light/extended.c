@@ -81,7 +81,8 @@ static void see_piece(const finding *f, const shd_piece *piece, const shd_plan_l
     g->direction = SHD_WEIGHT_DIRECTION + g->place + beyond + 2 * turned;
     if (f->sums.material->model != SHD_MODEL_WESTIN) return;
     const double moved = f->steps * SHD_HIT_ROUNDING * f->misplaced.span / g->view;
-    g->around = shd_turned_around(&f->sums.place, moved, SHD_WEIGHT_DIRECTION + turned);
+    g->around = shd_turned_around(&f->sums.place, f->sums.material->normal, moved,
+                                  SHD_WEIGHT_DIRECTION + turned);
 }
 
 /* By how much directions to points of a shape, their lengths and normals are off together. Out on

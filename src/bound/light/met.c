@@ -43,7 +43,7 @@ static void see_anywhere(const shd_lit_errors *f, const met_place *at, const shd
     /* Lengths and directions change by no more than twice that, while it is small. */
     g->place = shd_smaller(2 * moved, 2);
     g->direction = shd_smaller(SHD_WEIGHT_DIRECTION + g->place + at->turned, 2);
-    g->around = shd_turned_around(&f->place, at->moved, at->normal);
+    g->around = shd_turned_around(&f->place, f->material->normal, at->moved, at->normal);
 }
 
 static void add_light(shd_lit_errors *f, const met_place *at, const shd_plan_light *light) {

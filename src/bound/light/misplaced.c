@@ -110,8 +110,9 @@ double shd_misplaced_at(const shd_scene *scene, const shd_misplaced *m, const sh
 }
 
 /* Tangents of round shapes go around their own axis, which points count from 1e-4 of their size
- * away. Others are an axis laid onto the surface, 1e-3 of which is left at least. */
-double shd_turned_around(const shd_place *place, double moved, double normal) {
+ * away. Others are an axis laid onto the surface, 1e-3 of which is left at least, as of those
+ * around an axis where a map turns normals. */
+double shd_turned_around(const shd_place *place, bool mapped, double moved, double normal) {
     static const double LEFT = 1e-3, AWAY = 1e-4;
     const shd_object *object = place->object;
     const shd_shape shape = object->shape;
@@ -119,5 +120,5 @@ double shd_turned_around(const shd_place *place, double moved, double normal) {
         return fmin((SHD_HIT_ROUNDING + normal) / LEFT, 4);
     const double across =
         shd_norm(&object->transform) * place->norm * moved / (AWAY * place->bounds->radius);
-    return fmin(SHD_HIT_ROUNDING + across + normal, 4);
+    return fmin((SHD_HIT_ROUNDING + across + normal) / (mapped ? LEFT : 1), 4);
 }

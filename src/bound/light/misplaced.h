@@ -37,5 +37,5 @@ shd_moved shd_moved_by_f32(const shd_plan *plan, const shd_place *place,
                            const shd_plan_light *light);
 
 /* By how much a tangent (shd_surface_tangent) is turned around the normal where points are `moved`
- * along the surface and normals turned by `normal`: radians. */
-double shd_turned_around(const shd_place *place, double moved, double normal);
+ * along the surface and normals turned by `normal`: radians. `mapped`: a map has turned these. */
+double shd_turned_around(const shd_place *place, bool mapped, double moved, double normal);

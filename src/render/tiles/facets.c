@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "render/tiles/mapped.h"
 #include "render/tiles/radiance.h"
 #include "render/tiles/textured.h"
 #include "shade/split32.h"
@@ -13,6 +14,8 @@ typedef struct facet_scratch {
     double **exact; /* or these */
     shd_paint_term *terms;
     size_t *term_of;
+    shd_vec3 *normals; /* [BLOCK]: of a block's points, as a map has turned them */
+    double **sharp;    /* their rows of shd_points64.sharp; NULL: no object has a map */
     shd_stopwatch watch;
     double shadowed; /* seconds of rays to lights, within the stage */
 } facet_scratch;
@@ -21,6 +24,7 @@ typedef struct facet_job {
     const shd_scenery *scenery;
     const shd_facets *facets;
     const shd_plan_material *material;
+    const shd_mapped_facets *mapped; /* of its map of normals; NULL: it has none */
     int32_t object;
     const uint32_t *every; /* light */
     float *radiance;       /* or, of a material with patterns: */
@@ -28,19 +32,56 @@ typedef struct facet_job {
     facet_scratch *scratch; /* [slot]; NULL until there is something to light */
 } facet_job;
 
+/* Turns the normals of a block's points by the map, and widens their highlights. */
+static void turn_points(const facet_job *l, size_t first, size_t count, facet_scratch *s) {
+    const shd_plan_material *m = l->material;
+    for (size_t i = 0; i < count; i++) {
+        const shd_vec3 n = l->facets->normals[first + i];
+        const double own[3] = {n.x, n.y, n.z};
+        const shd_bump bump = shd_mapped_point(l->mapped, first + i);
+        s->normals[i] = bump.normal;
+        for (size_t k = 0; k < m->lobe_count; k++) {
+            const shd_sharpness lobe = shd_toksvig(m->model, m->lobes[k].shininess, bump.length);
+            s->sharp[2 * k][i] = lobe.shininess;
+            s->sharp[2 * k + 1][i] = lobe.share;
+        }
+        for (size_t c = 0; c < 3; c++) s->sharp[2 * m->lobe_count + c][i] = own[c];
+    }
+    for (size_t r = 0; r < 2 * m->lobe_count + 3; r++)
+        for (size_t i = count; i < BLOCK; i++) s->sharp[r][i] = s->sharp[r][count - 1];
+}
+
+static void light_exactly(const facet_job *l, size_t first, size_t count, const uint32_t *which,
+                          size_t lights, double d[9][BLOCK], facet_scratch *s) {
+    const uint32_t *triangles = l->facets->triangles;
+    int32_t objects[BLOCK];
+    for (size_t i = 0; i < BLOCK; i++) objects[i] = l->object;
+    const shd_points64 points = {.count = count,
+                                 .position = {d[0], d[1], d[2]},
+                                 .normal = {d[3], d[4], d[5]},
+                                 .view = {d[6], d[7], d[8]},
+                                 .object = objects,
+                                 .triangle = triangles ? triangles + first : NULL,
+                                 .shadowed = &s->shadowed,
+                                 .sharp = l->mapped ? (const double *const *)s->sharp : NULL};
+    shd_sum_exactly(l->scenery->lighting, l->scenery->plan, l->material, which, lights, &points,
+                    s->exact);
+}
+
 static void light_points(const facet_job *l, size_t first, size_t count, const uint32_t *which,
                          size_t lights, facet_scratch *s) {
     const shd_plan *plan = l->scenery->plan;
     const shd_lighting *lighting = l->scenery->lighting;
     const shd_facets *facets = l->facets;
+    const shd_vec3 *normals = l->mapped ? s->normals : facets->normals + first;
     _Alignas(64) double d[9][BLOCK];
     _Alignas(64) float f[12][BLOCK];
     uint8_t edges[BLOCK + SHD_LANES] = {0};
     const double origin[3] = {plan->origin.x, plan->origin.y, plan->origin.z};
     for (size_t i = 0; i < BLOCK; i++) {
-        const size_t from = first + (i < count ? i : count - 1);
-        const shd_vec3 p = facets->positions[from], n = facets->normals[from],
-                       v = facets->views[from];
+        const size_t at = i < count ? i : count - 1;
+        const shd_vec3 p = facets->positions[first + at], n = normals[at],
+                       v = facets->views[first + at];
         const shd_vec3 w = shd_sub(shd_scale(n, 2 * shd_dot(n, v)), v);
         const double values[9] = {p.x, p.y, p.z, n.x, n.y, n.z, v.x, v.y, v.z};
         const double mirror[3] = {w.x, w.y, w.z};
@@ -52,17 +93,7 @@ static void light_points(const facet_job *l, size_t first, size_t count, const u
         }
     }
     if (plan->tier == SHD_EXACT) {
-        int32_t objects[BLOCK];
-        for (size_t i = 0; i < BLOCK; i++) objects[i] = l->object;
-        const shd_points64 points = {.count = count,
-                                     .position = {d[0], d[1], d[2]},
-                                     .normal = {d[3], d[4], d[5]},
-                                     .view = {d[6], d[7], d[8]},
-                                     .object = objects,
-                                     .triangle =
-                                         facets->triangles ? facets->triangles + first : NULL,
-                                     .shadowed = &s->shadowed};
-        shd_sum_exactly(lighting, plan, l->material, which, lights, &points, s->exact);
+        light_exactly(l, first, count, which, lights, d, s);
         return;
     }
     shd_points32 points = {
@@ -147,6 +178,7 @@ static void light_block(void *context, size_t index, unsigned slot) {
     const size_t first = index * BLOCK, left = l->facets->point_count - first,
                  count = left < BLOCK ? left : BLOCK;
     shd_begin(&s->watch);
+    if (l->mapped) turn_points(l, first, count, s);
     for (size_t p = 1; p < plan->plane_count; p++) {
         if (plan->planes[p].kind != SHD_LAYER_LIGHT) continue;
         uint32_t light;
@@ -175,6 +207,9 @@ static bool make_scratch(const shd_plan *plan, shd_arena *arena, unsigned slots,
         s->exact = shd_scratch_rows64(&memory, 3 * terms, BLOCK);
         s->terms = shd_scratch_take(&memory, terms, sizeof *s->terms);
         s->term_of = shd_scratch_take(&memory, terms, sizeof *s->term_of);
+        if (!plan->bumped) continue;
+        s->normals = shd_scratch_take(&memory, BLOCK, sizeof *s->normals);
+        s->sharp = shd_scratch_rows64(&memory, 2 * plan->max_lobes + 3, BLOCK);
     }
     return !memory.full;
 }
@@ -200,6 +235,7 @@ bool shd_facets_light(shd_rendering *r, shd_scenery *scenery) {
     scenery->facets = shd_arena_zalloc(arena, objects, sizeof *scenery->facets);
     if (plan->textured) scenery->lit = shd_arena_zalloc(arena, objects, sizeof *scenery->lit);
     if (!scenery->facets || (plan->textured && !scenery->lit)) return false;
+    shd_mapped_facets mapped;
     facet_job l = {.scenery = scenery};
     for (size_t o = 0; o < objects; o++) {
         l.facets = shd_sight_facets(scenery->sight, o);
@@ -207,6 +243,9 @@ bool shd_facets_light(shd_rendering *r, shd_scenery *scenery) {
         if (!l.scratch && !make_scratch(plan, arena, slots, &l)) return false;
         l.object = (int32_t)o;
         l.material = &plan->materials[plan->scene->objects[o].material];
+        l.mapped = l.material->normal ? &mapped : NULL;
+        if (l.mapped && !shd_mapped_facets_make(plan, scenery->sight, o, arena, &mapped))
+            return false;
         if (!take_room(plan, o, arena, &l)) return false;
         scenery->facets[o] = l.radiance;
         if (l.lit) scenery->lit[o] = l.lit;

@@ -164,7 +164,7 @@ static shd_surface surface_of(const shd_plan *plan, const shd_hits *hits, size_t
                       .material = &plan->materials[plan->objects[object].material],
                       .object = object,
                       .triangle = hits->triangle[i]};
-    if (at.material->pointwise) {
+    if (at.material->pointwise && plan->scene->objects[object].interpolation == SHD_PHONG) {
         at.sharp = (const double *const *)s->sharp;
         at.sharp_at = i;
     }
