@@ -110,6 +110,13 @@ bool shd_arena_borrow(shd_arena *arena, size_t bytes) {
     return true;
 }
 
+bool shd_arena_try_borrow(shd_arena *arena, size_t bytes) {
+    if (bytes > shd_arena_room(arena) || !shd_budget_try(arena->budget, bytes)) return false;
+    arena->borrowed += bytes;
+    note_peak(arena);
+    return true;
+}
+
 void shd_arena_repay(shd_arena *arena, size_t bytes) {
     shd_budget_give(shd_arena_release(arena, bytes), bytes);
 }

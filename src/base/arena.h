@@ -40,6 +40,8 @@ bool shd_arena_reserve(shd_arena *arena, size_t bytes);
 /* Counts memory that others allocate for the arena's sake as if it were the arena's, until it is
  * repaid. False: the cap or the budget does not have it. */
 bool shd_arena_borrow(shd_arena *arena, size_t bytes);
+bool shd_arena_try_borrow(shd_arena *arena,
+                          size_t bytes); /* what is free, for work may do without */
 void shd_arena_repay(shd_arena *arena, size_t bytes);
 
 /* Counts borrowed memory no longer: the caller gives it later to the budget that is returned. */

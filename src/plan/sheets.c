@@ -104,6 +104,7 @@ static void look_at_unit_face(gathering *g, const shd_plan_object *bounds, const
 
 static void look_at_shape(gathering *g, const shd_object *object, const shd_plan_object *bounds) {
     shd_affine map, inverse;
+    if (object->shape == SHD_SPHERE || object->shape == SHD_TORUS) return; /* no face is flat */
     if (!shd_object_frame(object, &map, &inverse)) return;
     const shd_affine normal_map = shd_normal_map(&map);
     static const shd_vec3 axes[] = {{0, 1, 0}, {1, 0, 0}, {0, 0, 1}};

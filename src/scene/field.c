@@ -59,13 +59,16 @@ static void report_unknown(shd_reader *r, const shd_node *node, const char *cons
 bool shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *fields, size_t count,
                      unsigned kinds, const char *what, void *out) {
     const char *names[SHD_FIELDS_MOST];
+    const size_t members = json_object_size(node->value);
     size_t known = 0, found = 0;
     unsigned seen = 0, wrong = 0;
     assert(count <= SHD_FIELDS_MOST);
     if (node->value && !shd_is_object(r, node)) return false;
     for (const shd_field *field = fields; field < fields + count; field++) {
         if (field->kinds && !(field->kinds & kinds)) continue;
-        const shd_node member = shd_node_member(node, field->name);
+        /* Most objects have few of the members that they may have, and the first ones. */
+        const shd_node member = found < members ? shd_node_member(node, field->name)
+                                                : (shd_node){node, field->name, 0, NULL};
         const size_t errors = r->report->error_count;
         names[known++] = field->name;
         if (member.value) {
@@ -82,7 +85,7 @@ bool shd_read_fields(shd_reader *r, const shd_node *node, const shd_field *field
     /* Last, because fields may have fields of their own. */
     r->seen = seen;
     r->wrong = wrong;
-    if (found < json_object_size(node->value)) report_unknown(r, node, names, known, what);
+    if (found < members) report_unknown(r, node, names, known, what);
     return true;
 }
 

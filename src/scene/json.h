@@ -26,6 +26,7 @@ shd_node shd_node_item(const shd_node *parent, size_t index);
  * of numbers: it is the index of one of `packs`. */
 typedef struct shd_json {
     json_t *tree;    /* owned; the rest is the arena's */
+    void *block;     /* owned: where the tree is, which nothing is freed of alone; or NULL */
     size_t borrowed; /* bytes that the arena counts for the tree */
     shd_packs packs;
 } shd_json;
@@ -33,9 +34,11 @@ typedef struct shd_json {
 /* Parses `length` bytes. On failure the answer is false, and the report has a problem with line and
  * column, or with the name of the limit `memory`, which bounds what the tree may take. On success
  * the caller ends the document with shd_json_drop. `cancelled` (or NULL) ends the parsing with
- * SHD_CANCELLED. */
-bool shd_json_parse(const char *text, size_t length, size_t memory, const atomic_bool *cancelled,
-                    shd_arena *arena, shd_json *out, shd_report *report);
+ * SHD_CANCELLED. `constant`: the caller changes nothing of the tree and refers to nothing of it
+ * when it is dropped, so that it may be in a block. */
+bool shd_json_parse(const char *text, size_t length, size_t memory, bool constant,
+                    const atomic_bool *cancelled, shd_arena *arena, shd_json *out,
+                    shd_report *report);
 void shd_json_drop(shd_json *json, shd_arena *arena);
 
 /* The numbers of a long array. `values` is NULL if the value is none; `count` is then the number of

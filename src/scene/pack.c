@@ -133,7 +133,7 @@ static const char *skip_string(const char *at, const char *end, bool *escaped) {
 size_t shd_pack_arrays(const char *text, size_t length, char *copy, const atomic_bool *cancelled,
                        shd_arena *arena, shd_packs *out) {
     packer p = {text, text + length, text, copy, cancelled, arena, out};
-    *out = (shd_packs){NULL, 0, 0, 0, false};
+    *out = (shd_packs){.arrays = NULL};
     bool is_plain = true;
     for (const char *at = text; at < p.end && !out->full && !shd_is_cancelled(cancelled);) {
         const char *key = memchr(at, '"', (size_t)(p.end - at));
@@ -141,6 +141,7 @@ size_t shd_pack_arrays(const char *text, size_t length, char *copy, const atomic
         bool escaped;
         const char *past = skip_string(key, p.end, &escaped), *colon = skip_space(past, p.end);
         const size_t bytes = (size_t)(past - key);
+        out->escapes |= escaped;
         if (past < p.end && bytes > out->longest) out->longest = bytes;
         at = past;
         if (colon == p.end || *colon != ':') continue;

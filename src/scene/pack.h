@@ -25,6 +25,7 @@ typedef struct shd_packs {
     size_t count, capacity;
     size_t longest; /* bytes of the longest string, its quotes and escapes as written */
     bool full;      /* the arena is full */
+    bool escapes;   /* a string has some */
 } shd_packs;
 
 /* Packs the arrays of a document, which may have mistakes. `copy` has room for `length` bytes;

@@ -51,7 +51,7 @@ static shd_status read_form(const form *f, const char *text, size_t length,
                             const shd_limits *limits, const atomic_bool *cancelled,
                             shd_arena *arena, void *out, shd_report *report) {
     shd_json json;
-    if (!shd_json_parse(text, length, limits->memory, cancelled, arena, &json, report))
+    if (!shd_json_parse(text, length, limits->memory, false, cancelled, arena, &json, report))
         return report->status;
     shd_reader r = {
         .limits = limits, .cancelled = cancelled, .arena = arena, .json = &json, .report = report};

@@ -4,23 +4,37 @@
 
 #include "base/json_memory.h"
 #include "scene/json.h"
+#include "scene/quick.h"
 
 /* The most values outside of packed arrays, and the most bytes of a string. A tree is freed as a
  * whole, and the escapes of a string are undone as a whole: neither can be left halfway. As many as
  * these take some hundreds of millions of instructions. */
 enum { MOST_VALUES = 1 << 21, LONGEST_STRING = 1 << 20 };
 
+/* The least bytes that simdjson reads, for what it needs once is more than it saves of fewer, and
+ * the most, for it cannot be interrupted: some hundreds of millions of instructions, again. */
+enum { QUICK_LEAST = 4096, QUICK_MOST = 1 << 24 };
+
 /* Jansson's memory lies outside of the request's arena and may be 80 times the text ("{},{},"), so
  * the tree is measured before it grows. These are the bytes that a value of each kind takes on a
  * 64-bit machine, including the slack of tables that double. Punctuation in strings counts too;
  * scenes have little. */
 static size_t tree_bytes(const char *text, size_t length, size_t *values) {
+    enum { CHUNK = 240 }; /* bytes, which bytes can count, so that loops vectorize */
     size_t commas = 0, arrays = 0, objects = 0, members = 0;
-    for (size_t i = 0; i < length; i++) {
-        commas += text[i] == ',';
-        arrays += text[i] == '[';
-        objects += text[i] == '{';
-        members += text[i] == ':';
+    for (size_t i = 0; i < length;) {
+        const size_t left = length - i, end = i + (left < CHUNK ? left : CHUNK);
+        uint8_t c = 0, a = 0, o = 0, m = 0;
+        for (; i < end; i++) {
+            c += text[i] == ',';
+            a += text[i] == '[';
+            o += text[i] == '{';
+            m += text[i] == ':';
+        }
+        commas += c;
+        arrays += a;
+        objects += o;
+        members += m;
     }
     *values = 1 + commas + arrays + objects;
     return length + commas * 48 + arrays * 128 + objects * 256 + members * 96;
@@ -111,14 +125,42 @@ static bool tree_fits(const char *text, size_t length, size_t longest, size_t me
     return false;
 }
 
+static bool is_cancelled(void *cancelled) {
+    return shd_is_cancelled(cancelled);
+}
+
+/* The tree of a document that is as most are, which takes up to `bytes`. NULL: jansson has to make
+ * it. */
+static json_t *make_quickly(const char *text, size_t length, size_t bytes, bool constant,
+                            const atomic_bool *cancelled, shd_arena *arena, shd_json *json) {
+    const size_t working = shd_quick_working(length);
+    if (length < QUICK_LEAST || length > QUICK_MOST || json->packs.escapes ||
+        !shd_arena_try_borrow(arena, working))
+        return NULL;
+    json->block = constant ? malloc(bytes) : NULL;
+    if (json->block) shd_json_memory_enter(json->block, bytes);
+    json_t *tree = shd_quick_tree(text, length, is_cancelled, (void *)cancelled);
+    if (tree && json->packs.count && !shd_pack_mark(tree, &json->packs)) {
+        json_decref(tree);
+        tree = NULL;
+    }
+    if (json->block) shd_json_memory_leave();
+    if (!tree) {
+        free(json->block);
+        json->block = NULL;
+    }
+    shd_arena_repay(arena, working);
+    return tree;
+}
+
 /* Makes the tree of a document; `copy` has room for it. Nothing is reported of a cancellation, or
  * if the system has no room for the tree. */
-static json_t *make_tree(const char *text, size_t length, char *copy, size_t memory,
+static json_t *make_tree(const char *text, size_t length, char *copy, size_t memory, bool constant,
                          const atomic_bool *cancelled, shd_arena *arena, shd_json *json,
                          shd_report *report) {
     shd_packs *packs = &json->packs;
     const size_t packed = shd_pack_arrays(text, length, copy, cancelled, arena, packs);
-    const char *const given = packs->count ? copy : text;
+    const char *const given = packs->count || !packs->escapes ? copy : text;
     const size_t size = packs->count ? packed : length;
     size_t bytes = 0;
     if (!packs->full && !tree_fits(given, size, packs->longest, memory, &bytes, report))
@@ -128,8 +170,10 @@ static json_t *make_tree(const char *text, size_t length, char *copy, size_t mem
         return NULL;
     }
     json->borrowed = length + bytes;
+    json_t *tree = make_quickly(given, size, bytes, constant, cancelled, arena, json);
+    if (tree) return tree;
     json_error_t error;
-    json_t *tree = load_tree(given, size, cancelled, &error);
+    tree = load_tree(given, size, cancelled, &error);
     const bool marked = !tree || !packs->count || shd_pack_mark(tree, packs);
     /* Reading may have gone on without memory: numbers are then other ones. */
     if (tree && (!marked || shd_json_memory_short())) {
@@ -146,8 +190,9 @@ static json_t *make_tree(const char *text, size_t length, char *copy, size_t mem
     return tree;
 }
 
-bool shd_json_parse(const char *text, size_t length, size_t memory, const atomic_bool *cancelled,
-                    shd_arena *arena, shd_json *out, shd_report *report) {
+bool shd_json_parse(const char *text, size_t length, size_t memory, bool constant,
+                    const atomic_bool *cancelled, shd_arena *arena, shd_json *out,
+                    shd_report *report) {
     size_t first = 0;
     while (first < length && memchr(" \t\r\n", text[first], 4)) first++;
     if (first == length) {
@@ -156,9 +201,11 @@ bool shd_json_parse(const char *text, size_t length, size_t memory, const atomic
         return false;
     }
     shd_json_memory_watch();
-    char *copy = malloc(length);
+    char *copy = length > SIZE_MAX - SHD_QUICK_PADDING ? NULL : malloc(length + SHD_QUICK_PADDING);
     shd_json json = {.tree = NULL};
-    if (copy) json.tree = make_tree(text, length, copy, memory, cancelled, arena, &json, report);
+    if (copy)
+        json.tree =
+            make_tree(text, length, copy, memory, constant, cancelled, arena, &json, report);
     free(copy);
     if (json.tree) {
         *out = json;
@@ -173,6 +220,7 @@ bool shd_json_parse(const char *text, size_t length, size_t memory, const atomic
 }
 
 void shd_json_drop(shd_json *json, shd_arena *arena) {
-    json_decref(json->tree);
+    if (!json->block) json_decref(json->tree);
+    free(json->block);
     shd_arena_repay(arena, json->borrowed);
 }

@@ -116,7 +116,7 @@ shd_status shd_scene_read(const char *text, size_t length, const shd_catalog *ca
         return report->status;
     }
     shd_json json;
-    if (!shd_json_parse(text, length, limits->memory, cancelled, arena, &json, report))
+    if (!shd_json_parse(text, length, limits->memory, true, cancelled, arena, &json, report))
         return report->status;
 
     shd_reader r = {.catalog = catalog,

@@ -113,7 +113,7 @@ shd_status shd_library_add(shd_library *library, const char *path, const char *t
     shd_report_init(&report, library->arena);
     shd_library_file *file = shd_arena_zalloc(library->arena, 1, sizeof *file);
     if (!file) return shd_fail(error, SHD_EXHAUSTED, path, "out of memory");
-    if (!shd_json_parse(text, length, SHD_LIBRARY_BYTES, NULL, library->arena, &file->json,
+    if (!shd_json_parse(text, length, SHD_LIBRARY_BYTES, false, NULL, library->arena, &file->json,
                         &report))
         return blame(&report, path, error);
     file->next = library->files;

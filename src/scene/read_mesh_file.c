@@ -140,7 +140,8 @@ shd_status shd_mesh_read(const void *data, size_t length, bool binary, const shd
                          shd_report *report) {
     shd_json json;
     if (!(binary ? read_plain(data, length, arena, &json, report)
-                 : shd_json_parse(data, length, limits->memory, cancelled, arena, &json, report)))
+                 : shd_json_parse(data, length, limits->memory, false, cancelled, arena, &json,
+                                  report)))
         return report->status;
     shd_reader r = {
         .limits = limits, .cancelled = cancelled, .arena = arena, .json = &json, .report = report};

@@ -281,7 +281,7 @@ shd_status shd_variants_read(const char *text, size_t length, const shd_limits *
                              const atomic_bool *cancelled, shd_arena *arena, shd_variants **out,
                              shd_report *report) {
     shd_json json;
-    if (!shd_json_parse(text, length, limits->memory, cancelled, arena, &json, report))
+    if (!shd_json_parse(text, length, limits->memory, false, cancelled, arena, &json, report))
         return report->status;
     shd_reader r = {
         .limits = limits, .cancelled = cancelled, .arena = arena, .json = &json, .report = report};

@@ -2,6 +2,7 @@
 #include <jansson.h>
 #include <string.h>
 
+#include "../same_tree.h"
 #include "fuzz.h"
 #include "shaded.h"
 
@@ -94,6 +95,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
         check_digest(request, text, size);
     }
     shd_request_drop(request);
+    CHECK(hold_quick_tree(text, size) >= 0);
     check_mesh(data, size);
     return 0;
 }
