@@ -24,8 +24,8 @@ static const double SHD_RIM = 4e-6;
  * highlights end there as off a cliff. */
 static const double SHD_TURNED = 0x1p-22, SHD_SPLIT = 0x1p-52;
 
-/* The same of sketches (shade/sketch.h), which leave such a block to the standard tier. */
-static const double SHD_SKETCH_TURNED = 0x1p-18;
+/* The same of sketches (shade/sketch.h), which leave such points to the standard tier. */
+static const double SHD_SKETCH_TURNED = 0x1p-17;
 
 /* A sketch is of so many pixels each way, and has no more lights and lobes than these. */
 enum { SHD_SKETCH_SIDE = 8, SHD_SKETCH_LIGHTS = 16, SHD_SKETCH_LOBES = 2 };

@@ -1,39 +1,47 @@
-/* What f32 errs by, with u = 2^-24, c the least N.V of the block, o the way of a pixel's ray beside
- * the block's middle in units of the ball's radius, r the most of |o| by its parts, and w the ray's
+/* What f32 errs by, with u = 2^-24, c the least N.V of what is drawn, o the way of a pixel's ray
+ * beside the middle's point in units of the ball's radius, r the most of |o|, and w the ray's
  * direction, which has the length 1 in the middle and is off that by WIDE c at most. The middle's
- * point, normal and ray are of f64.
+ * point, normal and ray are of f64. Of a part of a block, the middle is the pixel that tells of it,
+ * and (N.w)^2 tells in f32 which pixels are drawn, and which rays miss: it is off by 90 u.
  *
- * Where a ray meets the ball (sketch.simd.c). As r <= FLAT c^2, o.(m + q) = C is at most r (2 + r)
- * <= 0.96 c^2. root is c at least, and -b, which is -m.w - o.w, 0.9 c - 0.44 c^2 >= 0.46 c. So s is
- * at most 0.96 c^2 / (1.46 c) = 0.66 c. o is off by 3 u r, w by 3.5 u, q by 3.2 u, C by 8 u r (2 +
- * r), b by 11 u, root by 28 u, and s by 13 u r / c + 27 u s / c. That is at most 25 u, and so
- * normals, with the roundings of m and of two sums, are off by 34 u. On a plane, C is 2 o.m, root
- * is -b, and s is off by no more of itself. Its normal is rounded by u.
+ * Where a ray meets the ball (sketch.simd.c). As r <= FLAT c^2 and LOW c, C = o.(m + q) is k c^2 at
+ * most, with k = 4.25, and k c = 1.25. As -m.w is 0.9 c at least and o.w 0.55 c at most, -b is 0.35
+ * c, and root is c at least. Where C > 0, root - b is c (1 + sqrt(1 + 0.81 k)) at least, and s / c
+ * no more than 1.4; else it is 1.35 c. o is off by 5.3 u r, w by 3.5 u, C by 10 u r (2 + r), b by
+ * 11 u where k is that much, root by 11 u sqrt(1 + 1.21 k) + 6.1 u k c + 5.5 u k c + 2.6 u = 45 u,
+ * and s by 10 u k c / 1.35 + 0.9 (45 u + 11 u) + 2 u = 62 u. So normals, with the roundings of m
+ * and of two sums, are off by 77 u. On a plane, C is 2 o.m, root is -b, and s is off by no more of
+ * itself. Its normal is rounded by u.
  *
- * Lights. The point is o + s w beside the middle, which is off by u r (3 + 14.5 / c + 52 / c^2).
- * bend->points tells that no point is farther from the middle than M, and M is r / (1.24 c) or
- * more. Lights that are nearer than NEAR M / c are not for sketches, so that none is turned by more
- * than 11 u by that; its own place, relative to the middle, is rounded, and so is the difference:
- * 13 u.
+ * Lights. The point is o + s w beside the middle. On a ball it is off by those 77 u, and lights
+ * are RADII away or more; or it is off by u r (5 + 25 / c + 82 / c^2). bend->points tells that no
+ * point is farther from the middle than M, M is r / c or more, and lights are NEAR M / c away
+ * or more. On a plane it is off by u r (3 + 14 / c + 10 / c^2), and that is NEAR_PLANE M / c. So
+ * none is turned by more than 26 u by that; its own place, relative to the middle, is rounded, and
+ * so is the difference: 28 u.
  *
- * Mirrored views. |w| is off by 6.5 u of it, N.V by 36 u, and W = w / |w| + 2 (N.V) N by no more
- * than 11 u + 2 (36 u + 34 u) + 3 u = 154 u.
+ * Mirrored views. |w| is off by 6.5 u of it, N.V by 55 u, and W = w / |w| + 2 (N.V) N by no more
+ * than 11 u + 2 (55 u + 77 u) + 3 u = 278 u.
  *
- * Ellipsoids. All of this is so in the frame in which they are balls: there, m + o + s w - m is off
- * by 33 u. With h the most that the map of normals lengthens, whose entries are rounded, and n = N
- * there + that map's image, which is no shorter than 3/4 (sight/bend.c), n is off by (4 + 44 h) u,
- * and its unit vector by 4/3 of that and 4 u more: 127 u, as h is STRETCH at most. The ray's w'
- * there is of unit length, and N.w is b' |F w| / |n|, b' as above: |F w| is h |F^T m| at most, and
- * N.V is off by 28 u 4/3 h + 8 u = 83 u. So W is by 11 u + 2 (83 u + 127 u) + 3 u = 434 u. Points
- * are off in proportion to their way from the middle, as above, and by 7 u of it by their map's
- * roundings: 14 u of light's directions.
+ * Ellipsoids. All of this is so in the frame in which they are balls, where r <= OWN_FLAT c^2, and
+ * r is the most of o by its parts. So C is 0.96 c^2 at most, root off by 28 u, s by 25 u, and m + o
+ * + s w - m by 33 u. With h the most that the map of normals lengthens, whose entries are rounded,
+ * and n = N there + that map's image, which is no shorter than 3/4 (sight/bend.c), n is off by (4 +
+ * 44 h) u, and its unit vector by 4/3 of that and 4 u more: 127 u, as h is STRETCH at most. The
+ * ray's w' there is of unit length, and N.w is b' |F w| / |n|, b' as above: |F w| is h |F^T m| at
+ * most, and N.V is off by 28 u 4/3 h + 8 u = 83 u. So W is by 11 u + 2 (83 u + 127 u) + 3 u = 434
+ * u. Points are off by u r (3 + 14.5 / c + 52 / c^2), and by 7 u of their way from the middle by
+ * their map's roundings: with lights NEAR M / c away, 14 u of light's directions.
  *
  * tests/property/sketch.c sees a tenth of it: these are the most that roundings add up to where all
  * of them lie one way, at the most grazing rays that are sketched. */
 #include "shade/sketch_job.h"
 
-/* As above. */
-static const double FLAT = 0.4, NEAR = 8, WIDE = 0.1, STRETCH = 2;
+/* As above, and in plan/bend.h. */
+static const double NEAR = 8, NEAR_PLANE = 3, RADII = 3, STRETCH = 2, OWN_FLAT = 0.4;
+
+/* f32 has (N.w)^2 no farther off, with the room that N.V then needs. */
+static const double MET_OFF = 0x1p-16;
 
 /* Distances in the plan's frame of which f32 loses nothing; more than chords of f32 are off by. */
 static const double LEAST = 1e-6, MOST = 1e11, OFF = 1e-4;
@@ -92,27 +100,42 @@ static void round_vec(shd_vec3 v, float out[3]) {
     out[2] = (float)v.z;
 }
 
-/* Whether a vector that grows by `x` and `y` to the right and down is `most` at most, and so are
- * the lengths of its parts together. */
+/* Whether a vector that grows by `x` and `y`, at right angles to each other, to the right and down
+ * is `most` at most. */
 static bool is_within(shd_vec3 x, shd_vec3 y, double most) {
     static const double HALF = (SHD_SKETCH_SIDE - 1) * 0.5;
-    return 2 * HALF * HALF * (shd_dot(x, x) + shd_dot(y, y)) <= most * most;
+    return HALF * HALF * (shd_dot(x, x) + shd_dot(y, y)) <= most * most;
 }
 
+/* Parts of blocks are. */
 static bool is_steady(const shd_block_rays *rays) {
-    return (!rays->to_world || rays->stretch <= STRETCH) &&
-           is_within(rays->way_x, rays->way_y, WIDE * rays->cosine) &&
-           (!rays->curved || is_within(rays->at_x, rays->at_y, FLAT * rays->cosine * rays->cosine));
+    static const double HALF_ROOT2 = 0.7071067811;
+    const double c = rays->cosine;
+    if (rays->spread > 0) return true;
+    if (rays->to_world) /* whatever the angle */
+        return rays->stretch <= STRETCH &&
+               is_within(rays->way_x, rays->way_y, HALF_ROOT2 * SHD_SKETCH_WIDE * c) &&
+               is_within(rays->at_x, rays->at_y, HALF_ROOT2 * OWN_FLAT * c * c);
+    return is_within(rays->way_x, rays->way_y, SHD_SKETCH_WIDE * c) &&
+           (!rays->curved ||
+            is_within(rays->at_x, rays->at_y, fmin(SHD_SKETCH_FLAT * c, SHD_SKETCH_LOW) * c));
 }
 
 /* What lights meet at a block. */
 typedef struct view {
     const shd_bend *bend;
-    double cosine, moved; /* the least N.V; no point is farther from the middle */
-    shd_vec3 mirror;      /* W in the middle */
-    double turned;        /* by how much it and L may be closer elsewhere, but for L */
-    double chord;         /* of what is nearer than that, lobes are not nothing */
+    double moved;    /* no point is farther from the middle */
+    shd_vec3 mirror; /* W in the middle */
+    double turned;   /* by how much it and L may be closer elsewhere, but for L */
+    double chord;    /* of what is nearer than that, lobes are not nothing */
+    double near;     /* no light is nearer to any point */
 } view;
+
+/* How near lights may be. */
+static double nearest_for(const shd_block_rays *rays, double moved) {
+    const double near = (rays->curved ? NEAR : NEAR_PLANE) * moved / rays->cosine;
+    return rays->curved && !rays->to_world ? fmin(near, RADII * rays->size) : near;
+}
 
 /* False: it is not for sketches. *some: it may light the block. */
 static bool place_light(const shd_plan *plan, const shd_plan_light *light, const view *v,
@@ -123,7 +146,7 @@ static bool place_light(const shd_plan *plan, const shd_plan_light *light, const
     if (!light->directional) {
         const shd_vec3 path = shd_sub(light->position, bend->point);
         const double away = shd_length(path), near = away - v->moved;
-        if (!(NEAR * v->moved <= v->cosine * near) || !(near * plan->scale > LEAST) ||
+        if (!(near >= v->near) || !(near * plan->scale > LEAST) ||
             !((away + v->moved) * plan->scale < MOST))
             return false;
         round_vec(shd_scale(path, plan->scale), out->at);
@@ -160,26 +183,43 @@ static void set_ellipsoid(const shd_bend *bend, const shd_block_rays *rays, doub
     round_vec(shd_scale(shd_linear(map, rays->way_y), 1 / length), j->seen_y);
 }
 
-bool shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend,
-                      const shd_block_rays *rays, size_t stride, float *const rgb[3]) {
+/* The rays from the block's middle on. */
+static void set_rays(const shd_block_rays *rays, shd_sketch_job *j) {
+    const double x = -rays->x, y = -rays->y;
+    j->part = rays->spread > 0;
+    j->least2 = (float)(rays->cosine * rays->cosine + MET_OFF);
+    j->out2 = (float)-MET_OFF;
+    round_vec(rays->middle, j->middle);
+    round_vec(shd_madd(shd_madd(rays->way, rays->way_x, x), rays->way_y, y), j->way);
+    round_vec(rays->way_x, j->way_x);
+    round_vec(rays->way_y, j->way_y);
+    round_vec(shd_madd(shd_scale(rays->at_x, x), rays->at_y, y), j->at);
+    round_vec(rays->at_x, j->at_x);
+    round_vec(rays->at_y, j->at_y);
+}
+
+shd_sketched shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend,
+                              const shd_block_rays *rays, size_t stride, float *const rgb[3]) {
+    static const shd_sketched nothing = {0, 0};
     static shd_sketch_function *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sketch);
     const shd_plan *plan = lighting->plan;
     const size_t of = plan->objects[bend->object].group;
     const shd_sketch_group *group = &lighting->sketches[of];
-    if (!group->fits || !is_steady(rays)) return false;
+    if (!group->fits || !is_steady(rays)) return nothing;
     const shd_vec3 n = bend->normal;
+    const double moved = bend->points.first * bend->reach;
     const view v = {bend,
-                    rays->cosine,
-                    bend->points.first * bend->reach,
+                    moved,
                     shd_sub(shd_scale(n, 2 * shd_dot(n, bend->view)), bend->view),
                     (2 * bend->normals.first + bend->views.first) * bend->reach + OFF,
-                    sqrt((double)group->reach)};
+                    sqrt((double)group->reach),
+                    nearest_for(rays, moved)};
     shd_sketch_job j;
     j.group = group;
     j.form = rays->to_world ? SHD_SKETCH_ELLIPSOID
              : rays->curved ? SHD_SKETCH_BALL
                             : SHD_SKETCH_PLANE;
-    const double turned = (rays->to_world ? 4 : 1) * SHD_SKETCH_TURNED;
+    const double turned = (rays->to_world ? 2 : 1) * SHD_SKETCH_TURNED;
     j.turned2 = (float)(turned * turned);
     j.scale = (float)(rays->size * plan->scale);
     j.count = 0;
@@ -188,15 +228,10 @@ bool shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend,
         j.places[j.count].light = &group->lights[k];
         if (!place_light(plan, &plan->lights[plan->groups[of].lights[k]], &v, &j.places[j.count],
                          &some))
-            return false;
+            return nothing;
         j.count += some;
     }
-    round_vec(rays->middle, j.middle);
+    set_rays(rays, &j);
     if (rays->to_world) set_ellipsoid(bend, rays, plan->scale, &j);
-    round_vec(rays->way, j.way);
-    round_vec(rays->way_x, j.way_x);
-    round_vec(rays->way_y, j.way_y);
-    round_vec(rays->at_x, j.at_x);
-    round_vec(rays->at_y, j.at_y);
     return kernels[plan->isa](&j, stride, rgb);
 }

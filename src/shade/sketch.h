@@ -16,9 +16,17 @@ typedef struct shd_sketch_group shd_sketch_group;
 /* Makes lighting->sketches, which a plan that is sketched has. False: the arena is full. */
 bool shd_sketch_prepare(shd_lighting *lighting, shd_arena *arena);
 
-/* Writes the colors of a block of a plan that is sketched (shd_plan.sketched) to three planes,
- * whose rows are `stride` apart. False: it is not told how far off they are, as at silhouettes,
- * near lights and where highlights end at the horizon, and what is written is of no use. Any
- * thread. */
-bool shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend,
-                      const shd_block_rays *rays, size_t stride, float *const rgb[3]);
+/* Of a block's pixels, as bits from left to right and down. */
+typedef struct shd_sketched {
+    uint64_t drawn;  /* their colors are told */
+    uint64_t missed; /* of a part of a block: their rays miss what it shows */
+} shd_sketched;
+
+static const uint64_t SHD_SKETCHED_ALL = UINT64_MAX;
+
+/* Writes the colors of a block, or of a part of one (shd_sight_bend_part), of a plan that is
+ * sketched (shd_plan.sketched) to three planes, whose rows are `stride` apart. It is not told how
+ * far off others than those drawn are, as at silhouettes, near lights and where highlights end at
+ * the horizon, and what is written of them is of no use. Any thread. */
+shd_sketched shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend,
+                              const shd_block_rays *rays, size_t stride, float *const rgb[3]);

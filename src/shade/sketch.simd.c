@@ -18,6 +18,8 @@ _Alignas(64) static const float down[SHD_SKETCH_PIXELS] = {
 /* What is seen through a vector of pixels. */
 typedef struct seen {
     shd_vf moved[3], normal[3], mirror[3]; /* from the middle, in the plan's frame; unit; unit */
+    shd_vf met;                            /* of a part of a block: (N.w)^2 */
+    shd_vf square;                         /* of w */
 } seen;
 
 /* On an ellipsoid, moved from the middle of its own frame, where N.w is -root. */
@@ -63,13 +65,18 @@ SHD_INLINE seen meet(const shd_sketch_job *j, int i, shd_sketch_form form) {
         m[c] = shd_vf_set(j->middle[c]);
         w[c] = shd_mad(y, shd_vf_set(j->way_y[c]),
                        shd_mad(x, shd_vf_set(j->way_x[c]), shd_vf_set(j->way[c])));
-        o[c] = shd_mad(y, shd_vf_set(j->at_y[c]), x * shd_vf_set(j->at_x[c]));
+        const shd_vf beside = form == SHD_SKETCH_BALL
+                                  ? shd_mad(x, shd_vf_set(j->at_x[c]), shd_vf_set(j->at[c]))
+                                  : x * shd_vf_set(j->at_x[c]);
+        o[c] = shd_mad(y, shd_vf_set(j->at_y[c]), beside);
         q[c] = curved ? m[c] + o[c] : m[c];
         sum[c] = m[c] + q[c];
     }
     const shd_vf b = dot_lanes(q, w), away = dot_lanes(o, sum), square = dot_lanes(w, w),
-                 root = curved ? shd_vf_sqrt(shd_mad(-square, away, b * b)) : -b,
+                 met = shd_mad(-square, away, b * b), root = curved ? shd_vf_sqrt(met) : -b,
                  s = away / (root - b);
+    out.met = met;
+    out.square = square;
     if (form == SHD_SKETCH_ELLIPSOID) {
         shd_vf moved[3];
 #pragma GCC unroll 3
@@ -154,13 +161,23 @@ SHD_INLINE void store_rows(shd_vf v, int i, size_t stride, float *out) {
 #endif
 }
 
-SHD_INLINE bool sketch(const shd_sketch_job *j, shd_sketch_form form, size_t lobe_count,
-                       size_t stride, float *const out[3]) {
+SHD_INLINE shd_sketched sketch(const shd_sketch_job *j, shd_sketch_form form, size_t lobe_count,
+                               size_t stride, float *const out[3]) {
     const shd_sketch_group *group = j->group;
-    shd_mf unknown = shd_vf_gt(shd_vf_set(0), shd_vf_set(0));
+    const shd_mf none = shd_vf_gt(shd_vf_set(0), shd_vf_set(0));
+    shd_sketched told = {SHD_SKETCHED_ALL, 0};
     for (int i = 0; i < SHD_SKETCH_PIXELS; i += SHD_W) {
         const seen at = meet(j, i, form);
+        shd_mf unknown = none;
         shd_vf rgb[3];
+        if (form == SHD_SKETCH_BALL && j->part) {
+            unknown = shd_mf_not(shd_vf_gt(at.met, at.square * shd_vf_set(j->least2)));
+            told.missed |= (uint64_t)shd_mf_bits(shd_vf_gt(shd_vf_set(j->out2), at.met)) << i;
+            if (shd_mf_bits(unknown) == (1u << SHD_W) - 1) { /* nothing of it is drawn */
+                told.drawn &= ~((uint64_t)shd_mf_bits(unknown) << i);
+                continue;
+            }
+        }
 #pragma GCC unroll 3
         for (int c = 0; c < 3; c++) rgb[c] = shd_vf_set(group->constant[c]);
         for (size_t k = 0; k < j->count; k++)
@@ -170,11 +187,12 @@ SHD_INLINE bool sketch(const shd_sketch_job *j, shd_sketch_form form, size_t lob
                 add_light(&j->places[k], group, lobe_count, &at, false, 0, rgb, &unknown);
 #pragma GCC unroll 3
         for (int c = 0; c < 3; c++) store_rows(rgb[c], i, stride, out[c]);
+        told.drawn &= ~((uint64_t)shd_mf_bits(unknown) << i);
     }
-    return !shd_mf_any(unknown);
+    return told;
 }
 
-bool SHD_VARIANT(shd_sketch)(const shd_sketch_job *j, size_t stride, float *const out[3]) {
+shd_sketched SHD_VARIANT(shd_sketch)(const shd_sketch_job *j, size_t stride, float *const out[3]) {
     const size_t lobes = j->group->lobe_count;
 #if defined(SHD_ONE_BODY)
     return sketch(j, j->form, lobes, stride, out);

@@ -31,8 +31,8 @@ static const double SLACK = 1e-9;
 /* Eyes farther away, in radii, and cosines below are left to all samples. */
 static const double FARTHEST = 1e5, LEAST_COSINE = 1e-2;
 
-/* Of a block's side. */
-static const double HALF = 0.5 * SHD_BLOCK_SIDE;
+/* Of a block's side; more than that of 2. */
+static const double HALF = 0.5 * SHD_BLOCK_SIDE, ROOT2 = 1.4142135624;
 
 shd_pattern_spread shd_spread_of(int samples) {
     double xx = 0, xy = 0, yy = 0;
@@ -148,6 +148,28 @@ static bool strike_ball(shd_vec3 eye, const beam *b, double size, strike *out) {
     return true;
 }
 
+/* The rays through a ball's silhouette that come as near to it as sketches take (plan/bend.h), of
+ * pixels that are `spread` from the middle at most, and along a straight way to which N.V is no
+ * smaller. */
+static bool strike_part(shd_vec3 eye, const beam *b, double size, double spread, strike *out) {
+    static const double LEAST = 0.05;
+    const double along = shd_dot(eye, b->way), away = shd_length(eye);
+    const shd_vec3 foot = shd_madd(eye, b->way, -along);
+    const double square = 1 - shd_dot(foot, foot);
+    if (!(away > 1 + 1e-3) || !(away < FARTHEST) || !(square > LEAST * LEAST) ||
+        !(along < (b->orthographic ? -1 - 1e-3 : 0)))
+        return false;
+    const double cosine = sqrt(square), t = -along - cosine,
+                 pace = b->orthographic ? b->step / size : t * b->turn, reach = pace * spread,
+                 wide = b->turn * spread;
+    const double least = fmax(fmax(LEAST, wide / SHD_SKETCH_WIDE),
+                              fmax(sqrt(reach / SHD_SKETCH_FLAT), reach / SHD_SKETCH_LOW)) *
+                         (1 + SLACK);
+    *out = (strike){shd_madd(foot, b->way, -cosine), t,
+                    sqrt(away * away - 1 + least * least) - least + SLACK * away, least};
+    return cosine >= least;
+}
+
 static bool bend_ball(const shd_lens *lens, const shd_item *it, const beam *b, shd_bend *out,
                       shd_block_rays *rays) {
     strike s;
@@ -155,7 +177,6 @@ static bool bend_ball(const shd_lens *lens, const shd_item *it, const beam *b, s
     out->normal = s.normal;
     out->point = shd_madd(it->to_world.origin, out->normal, it->size);
     set_slopes(b, s.farthest, s.cosine, it->size, 1, out);
-    if (!rays) return true;
     set_rays(lens, b, NULL, s.t, s.cosine, it->size, true, rays);
     rays->middle = s.normal;
     return true;
@@ -202,7 +223,6 @@ static bool bend_ellipsoid(const shd_lens *lens, const shd_item *it, const beam 
     out->points = (shd_slopes){stretch * out->points.first, stretch * out->points.second};
     out->normals = (shd_slopes){first, g * out->normals.second + 3 * first * first};
     out->views = (shd_slopes){b->turn, 1.5 * b->turn * b->turn};
-    if (!rays) return true;
     set_rays(lens, &own, &it->from_world, s.t, s.cosine, 1, true, rays);
     rays->to_world = &it->to_world;
     rays->from_world = &it->from_world;
@@ -235,45 +255,122 @@ static bool bend_plane(const shd_sight *sight, const shd_item *it, const beam *b
     out->normal = normal;
     out->point = shd_madd(shd_add(it->to_world.origin, eye), b->way, height / straight);
     set_slopes(b, (height + b->aside) / cosine, cosine, 1, 0, out);
-    if (!rays) return true;
     set_rays(&sight->lens, b, NULL, height / straight, cosine, 1, false, rays);
     rays->middle = normal;
     return true;
 }
 
-/* NULL: others may be seen through the block, or it is neither a ball, an ellipsoid nor a plane. */
-static const shd_item *find_only(const shd_sight *sight, const shd_survey *survey, size_t block,
-                                 shd_middle *out) {
-    const shd_block *seen = &survey->blocks[block];
-    if (seen->count != 1 || seen->next < survey->candidate_count) return NULL;
-    const uint32_t object = survey->candidates[seen->first];
-    const shd_item *it = &sight->items[object];
-    if (it->shape != SHD_SPHERE && it->shape != SHD_PLANE) return NULL;
+/* ---- Blocks. ---- */
+
+static shd_middle middle_of(const shd_survey *survey, size_t block, uint32_t object) {
     const size_t across = (size_t)survey->across;
-    *out = (shd_middle){object, survey->rect.x + (double)(block % across) * SHD_BLOCK_SIDE + HALF,
+    return (shd_middle){object, survey->rect.x + (double)(block % across) * SHD_BLOCK_SIDE + HALF,
                         survey->rect.y + (double)(block / across) * SHD_BLOCK_SIDE + HALF};
-    return it;
 }
 
-bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,
-                    shd_block_rays *rays) {
-    shd_middle middle;
-    const shd_item *it = find_only(sight, survey, block, &middle);
-    if (!it) return false;
-    out->reach = HALF * 1.4142135624;
-    const beam b = beam_of(&sight->lens, middle.x, middle.y, out->reach);
-    out->object = middle.object;
+/* Tells of the item that all rays, or those of a part, meet. */
+typedef bool bend_function(const shd_sight *sight, const shd_middle *middle, shd_bend *out,
+                           shd_block_rays *rays);
+
+static bool bend_whole(const shd_sight *sight, const shd_middle *middle, shd_bend *out,
+                       shd_block_rays *rays) {
+    const shd_item *it = &sight->items[middle->object];
+    if (it->shape != SHD_SPHERE && it->shape != SHD_PLANE) return false;
+    out->reach = HALF * ROOT2;
+    const beam b = beam_of(&sight->lens, middle->x, middle->y, out->reach);
+    out->object = middle->object;
     out->view = shd_scale(b.way, -1);
     return it->ball                 ? bend_ball(&sight->lens, it, &b, out, rays)
            : it->shape == SHD_PLANE ? bend_plane(sight, it, &b, out, rays)
                                     : bend_ellipsoid(&sight->lens, it, &b, out, rays);
 }
 
+/* Tells of a ball from the pixel that is (x, y) beside the middle. */
+static bool bend_from(const shd_sight *sight, const shd_middle *middle, double x, double y,
+                      shd_bend *out, shd_block_rays *rays) {
+    const shd_item *it = &sight->items[middle->object];
+    const double spread = ((SHD_BLOCK_SIDE - 1) * 0.5 * ROOT2 + sqrt(x * x + y * y)) * (1 + SLACK);
+    const beam b = beam_of(&sight->lens, middle->x + x, middle->y + y, spread);
+    strike s;
+    if (!strike_part(shd_madd(it->eye, b.origin, 1 / it->size), &b, it->size, spread, &s))
+        return false;
+    out->object = middle->object;
+    out->reach = spread;
+    out->view = shd_scale(b.way, -1);
+    out->normal = s.normal;
+    out->point = shd_madd(it->to_world.origin, out->normal, it->size);
+    set_slopes(&b, s.farthest, s.cosine, it->size, 1, out);
+    set_rays(&sight->lens, &b, NULL, s.t, s.cosine, it->size, true, rays);
+    rays->middle = s.normal;
+    rays->x = x;
+    rays->y = y;
+    rays->spread = spread;
+    return true;
+}
+
+/* Of pixels on the way from the middle to the edge where the ball is, the first one that will do.
+ */
+static bool bend_part(const shd_sight *sight, const shd_middle *middle, shd_bend *out,
+                      shd_block_rays *rays) {
+    enum { STEPS = 2 };
+    const shd_item *it = &sight->items[middle->object];
+    if (!it->ball) return false;
+    const beam b = beam_of(&sight->lens, middle->x, middle->y, HALF * ROOT2);
+    const shd_vec3 eye = shd_madd(it->eye, b.origin, 1 / it->size),
+                   foot = shd_madd(eye, b.way, -shd_dot(eye, b.way));
+    const double x = -shd_dot(foot, sight->lens.camera->right),
+                 y = shd_dot(foot, sight->lens.camera->up), most = fmax(fabs(x), fabs(y));
+    if (!(most > 1e-6)) return false;
+    for (int i = 0; i <= STEPS; i++) {
+        const double way = (double)i / STEPS * (SHD_BLOCK_SIDE - 1) * 0.5 / most;
+        if (bend_from(sight, middle, way * x, way * y, out, rays)) return true;
+    }
+    return false;
+}
+
+/* Tells of the only item that may be seen, or of one that is met before all others. */
+static bool bend_first(const shd_sight *sight, const shd_survey *survey, size_t block,
+                       bend_function *tell, shd_bend *out, shd_block_rays *rays) {
+    const shd_block *at = &survey->blocks[block];
+    const shd_camera *camera = sight->lens.camera;
+    out->alone = at->count == 1 && at->next >= survey->candidate_count;
+    if (out->alone) {
+        const shd_middle middle = middle_of(survey, block, survey->candidates[at->first]);
+        return tell(sight, &middle, out, rays);
+    }
+    shd_seen seen[SHD_SEEN_MOST];
+    const size_t count = shd_sight_seen(sight, survey, block, SHD_WHOLE, seen);
+    for (size_t i = 0; count != SHD_SEEN_MANY && i < count; i++) {
+        const shd_middle middle = middle_of(survey, block, seen[i].object);
+        double beyond = INFINITY;
+        for (size_t k = 0; k < count; k++)
+            if (k != i) beyond = shd_smaller(beyond, seen[k].nearest);
+        if (!(sight->items[middle.object].nearest < beyond) || !tell(sight, &middle, out, rays))
+            continue;
+        const shd_vec3 from = shd_sub(out->point, camera->position);
+        const double depth = -shd_dot(from, camera->back) + out->points.first * out->reach;
+        if (depth + SLACK * (shd_length(from) + fabs(depth)) < beyond) return true;
+    }
+    return false;
+}
+
+bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,
+                    shd_block_rays *rays) {
+    return bend_first(sight, survey, block, bend_whole, out, rays);
+}
+
+bool shd_sight_bend_part(const shd_sight *sight, const shd_survey *survey, size_t block,
+                         shd_bend *out, shd_block_rays *rays) {
+    return bend_first(sight, survey, block, bend_part, out, rays);
+}
+
 bool shd_sight_misses(const shd_sight *sight, const shd_survey *survey, size_t block) {
-    shd_middle middle;
-    const shd_item *it = find_only(sight, survey, block, &middle);
-    if (!it || it->ball || it->shape == SHD_PLANE) return false;
-    const beam b = beam_of(&sight->lens, middle.x, middle.y, HALF * 1.4142135624);
+    const shd_block *at = &survey->blocks[block];
+    if (at->count != 1 || at->next < survey->candidate_count) return false;
+    const shd_middle middle = middle_of(survey, block, survey->candidates[at->first]);
+    const shd_item *it = &sight->items[middle.object];
+    if (it->shape != SHD_SPHERE || it->ball) return false;
+    const beam b = beam_of(&sight->lens, middle.x, middle.y, HALF * ROOT2);
     beam own;
     if (!carry_beam(&sight->lens, &b, &it->from_world, it->widest, &own)) return false;
     const shd_vec3 eye = shd_add(it->eye, own.origin);

@@ -5,11 +5,16 @@
 #include "sight/sight.h"
 
 /* True: all rays through the survey's block, whichever of its 8 x 8 pixels are in the picture, hit
- * one ball or ellipsoid from outside or one plane, which `out` then tells of, and `rays` (or NULL)
- * of the rays. False: another thing is seen, or it is not known. It takes some 100 ns. The
+ * one ball or ellipsoid from outside or one plane, before all else, which `out` then tells of, and
+ * `rays` of the rays. False: another thing is seen, or it is not known. It takes some 100 ns. The
  * derivatives' proof is in bend.c. */
 bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,
                     shd_block_rays *rays);
+
+/* The same of those rays through centers of pixels that hit a ball with an N.V of rays->cosine or
+ * more, which is as small as sketches take, for blocks at silhouettes. */
+bool shd_sight_bend_part(const shd_sight *sight, const shd_survey *survey, size_t block,
+                         shd_bend *out, shd_block_rays *rays);
 
 /* Whether the block's rays all miss the ellipsoid that alone may be seen through it: surveys know
  * the ball around it. */

@@ -293,7 +293,8 @@ static void centers_are_no_farther_off_than_told(void **state) {
         stage s = {.samples = patterns[seed % 6 + (seed % 60 == 0)]};
         set_object(&s, &random);
         shd_bend bend;
-        if (!shd_sight_bend(&s.sight, &s.survey, 0, &bend, NULL)) continue;
+        shd_block_rays rays;
+        if (!shd_sight_bend(&s.sight, &s.survey, 0, &bend, &rays)) continue;
         bent++;
         set_plan(&s, &bend, &random);
         check_bend(&s, &bend, seed);

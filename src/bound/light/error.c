@@ -17,12 +17,12 @@ static const shd_path_error loose[] = {
     [SHD_PATH_POINT] = {3.6 * U32, 2.9 * U32, 2.4 * U32},
     [SHD_PATH_ATTENUATED] = {3.6 * U32, 12.9 * U32, 2.4 * U32},
 };
-/* Of sketches: light's directions err by 13 units, normals by 34 and mirrored views by 154 (proven
+/* Of sketches: light's directions err by 28 units, normals by 77 and mirrored views by 278 (proven
  * in shade/sketch.c), beside what is told above, of products that may not be fused. */
 static const shd_path_error sketched[] = {
-    [SHD_PATH_DIRECTIONAL] = {52 * U32, 1.2 * U32, 170 * U32},
-    [SHD_PATH_POINT] = {52 * U32, 20 * U32, 170 * U32},
-    [SHD_PATH_ATTENUATED] = {52 * U32, 40 * U32, 170 * U32},
+    [SHD_PATH_DIRECTIONAL] = {112 * U32, 1.2 * U32, 312 * U32},
+    [SHD_PATH_POINT] = {112 * U32, 35 * U32, 312 * U32},
+    [SHD_PATH_ATTENUATED] = {112 * U32, 70 * U32, 312 * U32},
 };
 /* The same on ellipsoids: 14, 127 and 434 units. */
 static const shd_path_error sketched_ellipsoids[] = {

@@ -178,16 +178,38 @@ static void paint_plane(const film_job *j, film_scratch *s, const shd_fragments 
 
 enum { ALL_SKETCHED = (1 << SHD_BLOCKS) - 1 };
 
+/* Whether all of a tile's pixels are. */
+static bool is_all_sketched(const shd_tile_scratch *t) {
+    if (!t || t->sketched != ALL_SKETCHED) return false;
+    uint64_t all = SHD_SKETCHED_ALL;
+    for (int block = 0; block < SHD_BLOCKS; block++) all &= t->drawn[block];
+    return all == SHD_SKETCHED_ALL;
+}
+
+/* Copies a block's pixels that are drawn, of which the first one is cell `at`. */
+static void lay_pixels(const shd_tile_scratch *t, uint64_t drawn, size_t at, film_scratch *s) {
+    for (; drawn; drawn &= drawn - 1) {
+        const size_t i = (size_t)__builtin_ctzll(drawn),
+                     cell = at + i / SHD_SKETCH_SIDE * SHD_TILE + i % SHD_SKETCH_SIDE;
+        for (int c = 0; c < 3; c++) s->pixels[c][cell] = t->sketch[c][cell];
+        s->cover[cell] = 1;
+    }
+}
+
 /* Copies the blocks that are drawn over the beauty. */
 static void lay_sketch(const shd_tile_scratch *t, bool transparent, film_scratch *s) {
     enum { SIDE = SHD_SKETCH_SIDE, ACROSS = SHD_TILE / SIDE };
-    if (t->sketched == ALL_SKETCHED && !transparent) {
+    if (!transparent && is_all_sketched(t)) {
         for (int c = 0; c < 3; c++) memcpy(s->pixels[c], t->sketch[c], sizeof s->pixels[c]);
         return;
     }
     for (uint32_t left = t->sketched; left; left &= left - 1) {
         const size_t block = (size_t)__builtin_ctz(left);
         size_t at = (block / ACROSS * SHD_TILE + block % ACROSS) * SIDE;
+        if (t->drawn[block] != SHD_SKETCHED_ALL) {
+            lay_pixels(t, t->drawn[block], at, s);
+            continue;
+        }
         for (size_t y = 0; y < SIDE; y++, at += SHD_TILE) {
             for (int c = 0; c < 3; c++)
                 memcpy(s->pixels[c] + at, t->sketch[c] + at, SIDE * sizeof(float));
@@ -328,7 +350,7 @@ static void render_tile(void *context, size_t index, unsigned slot) {
                 s->cover[f->cell[i]] += f->coverage ? f->coverage[i] : 1;
         }
         for (size_t p = 0; p < j->scenery.plan->plane_count && !is_stopped(j); p++) {
-            if (sketched != ALL_SKETCHED) paint_plane(j, s, f, tile, p);
+            if (!sketched || !is_all_sketched(s->tile)) paint_plane(j, s, f, tile, p);
             if (sketched) lay_sketch(s->tile, scene->transparent, s);
             if (p)
                 store_floats(j, s, tile, j->film->planes[p], 3);

@@ -52,19 +52,66 @@ static shd_bundle *add_part(shd_tile tile, size_t block, int part, size_t sample
     return b;
 }
 
-/* How a block is looked at. */
-typedef enum look { LOOK_AT_ALL, LOOK_ONCE, LOOK_DONE } look;
+/* Whether a bundle may take pixels of another block, in which nothing else is seen than in its own.
+ */
+static bool may_take(const shd_survey *survey, const shd_bundle *bundle, const shd_block *block) {
+    const size_t room = shd_pixels_at_once(1) - SHD_BLOCK_SIDE * SHD_BLOCK_SIDE;
+    return bundle && bundle->count <= room && bundle->block->count == 1 && block->count == 1 &&
+           survey->candidates[bundle->block->first] == survey->candidates[block->first];
+}
 
-/* Draws a block's pixels if they may be sketched. */
-static bool sketch_block(const shd_scenery *scenery, size_t block, const shd_bend *bend,
-                         const shd_block_rays *rays, shd_tile_scratch *s) {
-    if (!scenery->plan->sketched) return false;
+/* Lists the pixels of a block that are left once it is sketched, of one sample each. `joins`: they
+ * may be cast with those of the block that was listed before. */
+static void add_rest(shd_tile tile, size_t block, bool joins, shd_tile_scratch *s) {
+    const int across = s->survey.across, left = tile.x % SHD_TILE, top = tile.y % SHD_TILE,
+              x0 = (int)block % across * SHD_BLOCK_SIDE, y0 = (int)block / across * SHD_BLOCK_SIDE;
+    shd_bundle *last = s->bundle_count ? &s->bundles[s->bundle_count - 1] : NULL;
+    const size_t first = last ? (size_t)last->first + last->count : 0;
+    size_t count = first;
+    for (uint64_t rest = s->rest[block]; rest; rest &= rest - 1) {
+        const int i = __builtin_ctzll(rest), x = x0 + i % SHD_BLOCK_SIDE,
+                  y = y0 + i / SHD_BLOCK_SIDE;
+        if (x >= left && x < left + tile.w && y >= top && y < top + tile.h)
+            s->pixels[count++] = (uint16_t)(y * SHD_TILE + x);
+    }
+    if (count == first) return;
+    if (joins && may_take(&s->survey, last, &s->survey.blocks[block])) {
+        last->count = (uint16_t)(last->count + count - first);
+        return;
+    }
+    s->bundles[s->bundle_count++] = (shd_bundle){.first = (uint16_t)first,
+                                                 .count = (uint16_t)(count - first),
+                                                 .samples = 1,
+                                                 .block = &s->survey.blocks[block]};
+}
+
+/* How a block is looked at: LOOK_AT_REST at its pixels of s->rest. */
+typedef enum look { LOOK_AT_ALL, LOOK_ONCE, LOOK_AT_REST, LOOK_DONE } look;
+
+/* Draws pixels of a block if they may be sketched: all of them, or `some`. */
+static look sketch_block(const shd_scenery *scenery, size_t block, const shd_bend *bend,
+                         const shd_block_rays *rays, bool some, shd_tile_scratch *s) {
+    enum { FEW = 8 }; /* that are not worthwhile */
     const size_t x = block % (size_t)s->survey.across, y = block / (size_t)s->survey.across;
     float *rgb[3];
     for (int c = 0; c < 3; c++) rgb[c] = s->sketch[c] + (y * SHD_TILE + x) * SHD_SKETCH_SIDE;
-    if (!shd_sketch_block(scenery->lighting, bend, rays, SHD_TILE, rgb)) return false;
+    const shd_sketched told = shd_sketch_block(scenery->lighting, bend, rays, SHD_TILE, rgb);
+    const uint64_t missed = bend->alone ? told.missed : 0, all = SHD_SKETCHED_ALL;
+    if (told.drawn != all && (!some || __builtin_popcountll(told.drawn | missed) < FEW))
+        return LOOK_AT_ALL;
     s->sketched |= 1u << block;
-    return true;
+    s->drawn[block] = told.drawn;
+    s->rest[block] = ~(told.drawn | missed);
+    return s->rest[block] ? LOOK_AT_REST : LOOK_DONE;
+}
+
+/* The same of a block at a silhouette, of pixels that take one sample. */
+static look sketch_part(const shd_scenery *scenery, size_t block, shd_tile_scratch *s) {
+    shd_bend bend;
+    shd_block_rays rays;
+    return shd_sight_bend_part(scenery->sight, &s->survey, block, &bend, &rays)
+               ? sketch_block(scenery, block, &bend, &rays, true, s)
+               : LOOK_AT_ALL;
 }
 
 /* Looks at a block by draft's ways: all of its pixels take one sample at their centers, if that is
@@ -75,14 +122,16 @@ static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scra
     shd_bend bend;
     shd_block_rays rays;
     if (!shd_sight_bend(scenery->sight, &s->survey, block, &bend, &rays))
-        return shd_sight_misses(scenery->sight, &s->survey, block) ? LOOK_DONE : LOOK_AT_ALL;
+        return shd_sight_misses(scenery->sight, &s->survey, block) ? LOOK_DONE
+               : one && plan->sketched                             ? sketch_part(scenery, block, s)
+                                                                   : LOOK_AT_ALL;
     if (plan->materials[plan->objects[bend.object].material].textures) return LOOK_AT_ALL;
     if (!one && (!shd_plan_is_thin(plan) ||
                  !shd_mean_is_central(plan, &bend, &s->spread, &plan->mean_room)))
         return LOOK_AT_ALL;
-    return sketch_block(scenery, block, &bend, &rays, s) ? LOOK_DONE
-           : one                                         ? LOOK_AT_ALL
-                                                         : LOOK_ONCE;
+    look how = plan->sketched ? sketch_block(scenery, block, &bend, &rays, one, s) : LOOK_AT_ALL;
+    if (how == LOOK_AT_ALL && one && plan->sketched) how = sketch_part(scenery, block, s);
+    return how == LOOK_AT_ALL && !one ? LOOK_ONCE : how;
 }
 
 /* ---- Rules. ---- */
@@ -93,7 +142,7 @@ enum { TAKE_ALL = 0, TAKE_NONE = 255 };
 /* The blocks of a tile that are drawn already, or take one sample a pixel, or rules. */
 typedef struct block_kinds {
     size_t count; /* of all of these */
-    bool drawn[SHD_BLOCKS], center[SHD_BLOCKS];
+    bool drawn[SHD_BLOCKS], center[SHD_BLOCKS], rest[SHD_BLOCKS];
     bool ruled[SHD_BLOCKS], whole[SHD_BLOCKS]; /* all of the quarters take the same, at once */
     uint8_t takes[SHD_BLOCKS][SHD_QUARTERS];
     uint32_t object[SHD_BLOCKS][SHD_QUARTERS]; /* of what takes rules */
@@ -171,6 +220,7 @@ static void find_kinds(const shd_scenery *scenery, shd_tile_scratch *s, block_ki
         const look how = draft ? look_lightly(scenery, block, s) : LOOK_AT_ALL;
         out->drawn[block] = how == LOOK_DONE;
         out->center[block] = how == LOOK_ONCE;
+        out->rest[block] = how == LOOK_AT_REST;
         if (how == LOOK_AT_ALL && s->rule_count)
             out->ruled[block] = find_rules(scenery, block, s, out);
         out->count += how != LOOK_AT_ALL || out->ruled[block];
@@ -208,6 +258,10 @@ static void list_blocks(const shd_scenery *scenery, shd_tile tile, const block_k
         const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
         if (kinds->center[block]) add_part(tile, block, SHD_WHOLE, 1, s);
     }
+    for (size_t k = 0; k < blocks; k++) {
+        const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
+        if (kinds->rest[block]) add_rest(tile, block, s->bundle_count && !in_quads, s);
+    }
     for (size_t rule = 0; rule < s->rule_count; rule++)
         for (size_t block = 0; block < blocks; block++)
             if (kinds->ruled[block])
@@ -217,7 +271,8 @@ static void list_blocks(const shd_scenery *scenery, shd_tile tile, const block_k
         const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
         if (kinds->ruled[block])
             add_takers(tile, block, kinds, TAKE_ALL, samples, s);
-        else if (s->survey.blocks[block].count && !kinds->drawn[block] && !kinds->center[block])
+        else if (s->survey.blocks[block].count && !kinds->drawn[block] && !kinds->center[block] &&
+                 !kinds->rest[block])
             add_part(tile, block, SHD_WHOLE, samples, s);
     }
 }
