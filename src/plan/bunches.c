@@ -139,37 +139,31 @@ static bool plant_roots(builder *b, shd_arena *arena) {
     return true;
 }
 
-static void put_row(const shd_plan_light *l, shd_vec3 at, const double color[3], size_t i,
-                    double *const *rows) {
+static shd_bunch_row row_of(const shd_plan_light *l, shd_vec3 at, const double color[3],
+                            double radius) {
     const bool falls = l->attenuated;
-    const double row[SHD_BUNCH_ROWS] = {at.x,
-                                        at.y,
-                                        at.z,
-                                        falls ? l->a : 1,
-                                        falls ? l->b : 0,
-                                        falls ? l->c : 0,
-                                        l->gain,
-                                        falls ? l->min_distance : 0,
-                                        color[0],
-                                        color[1],
-                                        color[2]};
-    for (size_t k = 0; k < SHD_BUNCH_ROWS; k++) rows[k][i] = row[k];
+    return (shd_bunch_row){.position = at,
+                           .gain = l->gain,
+                           .color = {color[0], color[1], color[2]},
+                           .radius = radius,
+                           .a = falls ? l->a : 1,
+                           .b = falls ? l->b : 0,
+                           .c = falls ? l->c : 0,
+                           .least = falls ? l->min_distance : 0};
 }
 
 static bool fill_rows(const shd_plan *plan, shd_arena *arena, shd_bunches *out) {
-    double *all = shd_arena_alloc(arena, plan->light_count, SHD_BUNCH_ROWS * sizeof *all),
-           *wholes = shd_arena_alloc(arena, out->count, (SHD_BUNCH_ROWS + 1) * sizeof *wholes);
-    if (!all || !wholes) return false;
-    for (size_t k = 0; k < SHD_BUNCH_ROWS; k++) out->rows[k] = all + k * plan->light_count;
-    for (size_t k = 0; k <= SHD_BUNCH_ROWS; k++) out->wholes[k] = wholes + k * out->count;
+    out->rows = shd_arena_alloc(arena, plan->light_count, sizeof *out->rows);
+    out->wholes = shd_arena_alloc(arena, out->count, sizeof *out->wholes);
+    if (!out->rows || !out->wholes) return false;
     for (size_t i = 0; i < out->light_count; i++) {
         const shd_plan_light *l = &plan->lights[out->lights[i]];
-        put_row(l, l->position, l->color, i, out->rows);
+        out->rows[i] = row_of(l, l->position, l->color, 0);
     }
     for (size_t i = 0; i < out->count; i++) {
         const shd_bunch *bunch = &out->list[i];
-        put_row(&out->falls[bunch->fall], bunch->center, bunch->strength, i, out->wholes);
-        out->wholes[SHD_BUNCH_ROWS][i] = bunch->radius;
+        out->wholes[i] =
+            row_of(&out->falls[bunch->fall], bunch->center, bunch->strength, bunch->radius);
     }
     return true;
 }

@@ -8,7 +8,6 @@
 enum {
     SHD_BUNCHES_LEAST = 64, /* lights of a plan that has bunches; fewer are lit as fast */
     SHD_BUNCH_MOMENTS = 20,
-    SHD_BUNCH_ROWS = 11,
     SHD_FALLS = 8 /* kinds of attenuation that have trees */
 };
 
@@ -36,17 +35,21 @@ typedef struct shd_bunch {
     double moments[3][SHD_BUNCH_MOMENTS];
 } shd_bunch;
 
+/* What is looked at of a light, or of a bunch. */
+typedef struct shd_bunch_row {
+    shd_vec3 position;
+    double gain, color[3], radius; /* 0: it is one light */
+    double a, b, c, least;         /* of its attenuation: 1, 0, 0 and 0 if it has none */
+} shd_bunch_row;
+
 typedef struct shd_bunches {
     size_t count, roots; /* roots come first, and parts after what they are parts of */
     shd_bunch *list;
     size_t light_count;
     uint32_t *lights; /* indices in plan->lights */
-    /* Of each of these, in their order: position, a, b, c, gain and least distance of its
-     * attenuation (1, 0, 0 if it is none), and color. */
-    double *rows[SHD_BUNCH_ROWS];
-    /* [count], of the list's: the same of a light in the center that has their strength, and their
-     * radius. */
-    double *wholes[SHD_BUNCH_ROWS + 1];
+    /* Of each of these, in their order; and [count], of the list's: the same of a light in the
+     * center that has their strength, and their radius. */
+    shd_bunch_row *rows, *wholes;
     /* How lights of a tree fall off: a light without a place, whose gain is the largest of them. */
     shd_plan_light falls[SHD_FALLS];
     size_t leaves;

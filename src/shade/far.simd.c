@@ -44,26 +44,28 @@ typedef struct rows {
     lanes radius; /* of where its light may be; 0: it is one light */
 } rows;
 
-/* `radii`: NULL, or of bunches, whose rows these are. */
-static void load_rows(const shd_bunches *bunches, double *const *from, const double *radii,
-                      const uint32_t *which, size_t some, rows *r) {
-    double *const out[SHD_BUNCH_ROWS] = {r->x,        r->y,        r->z,       r->a,
-                                         r->b,        r->c,        r->gain,    r->least,
-                                         r->color[0], r->color[1], r->color[2]};
-    uint32_t at[LANES];
-    for (size_t i = 0; i < LANES; i++) at[i] = which[i < some ? i : some - 1];
-    bool together = true;
-    EACH together &= at[i] == at[0] + (uint32_t)i;
-    for (int k = 0; k < SHD_BUNCH_ROWS; k++) {
-        /* All lights of a tree have the same a, b, c and least distance. */
-        if (bunches->roots == 1 && ((k > 2 && k < 6) || k == 7))
-            EACH out[k][i] = from[k][0];
-        else if (together)
-            memcpy(out[k], from[k] + at[0], sizeof(lanes));
-        else
-            EACH out[k][i] = from[k][at[i]];
+static void load_rows(const shd_bunches *bunches, const shd_bunch_row *from, const uint32_t *which,
+                      size_t some, rows *r) {
+    const bool alike = bunches->roots == 1; /* a tree's lights fall off alike */
+    for (size_t i = 0; i < LANES; i++) {
+        const shd_bunch_row *row = &from[which[i < some ? i : some - 1]];
+        r->x[i] = row->position.x;
+        r->y[i] = row->position.y;
+        r->z[i] = row->position.z;
+        r->gain[i] = row->gain;
+        for (int c = 0; c < 3; c++) r->color[c][i] = row->color[c];
+        r->radius[i] = row->radius;
+        if (alike) continue;
+        r->a[i] = row->a;
+        r->b[i] = row->b;
+        r->c[i] = row->c;
+        r->least[i] = row->least;
     }
-    EACH r->radius[i] = radii ? radii[at[i]] : 0;
+    if (!alike) return;
+    EACH r->a[i] = from->a;
+    EACH r->b[i] = from->b;
+    EACH r->c[i] = from->c;
+    EACH r->least[i] = from->least;
 }
 
 /* Cosine and sine of a sum of angles: -1 and 0 if it is more than 180 degrees, or not known. */
@@ -228,8 +230,7 @@ static void look_at_bunches(const shd_bunches *bunches, const shd_far_patch *pat
         const size_t some = count - first < LANES ? count - first : LANES;
         rows r;
         looks l;
-        load_rows(bunches, bunches->wholes, bunches->wholes[SHD_BUNCH_ROWS], which + first, some,
-                  &r);
+        load_rows(bunches, bunches->wholes, which + first, some, &r);
         look_at_lanes(patch, &r, &l);
         store_looks(&l, some, out + first);
     }
@@ -243,7 +244,7 @@ static void look_at_lights(const shd_bunches *bunches, const shd_far_patch *patc
         const size_t some = count - first < LANES ? count - first : LANES;
         rows r;
         looks l;
-        load_rows(bunches, bunches->rows, NULL, which + first, some, &r);
+        load_rows(bunches, bunches->rows, which + first, some, &r);
         for (size_t i = some; i < LANES; i++) r.color[0][i] = r.color[1][i] = r.color[2][i] = 0;
         look_at_lanes(patch, &r, &l);
         for (int v = 0; v < LANES; v += WIDE) {
@@ -313,7 +314,7 @@ SHD_INLINE void add_terms(const shd_bunches *bunches, const uint32_t *which, siz
         const size_t some = count - first < LANES ? count - first : LANES;
         rows r;
         lanes d[SHD_FAR_TERMS];
-        load_rows(bunches, bunches->rows, NULL, which + first, some, &r);
+        load_rows(bunches, bunches->rows, which + first, some, &r);
         derive_lanes(&r, to->center, degree, d);
         for (int c = 0; c < to->channels; c++) {
             for (size_t i = some; i < LANES; i++) r.color[c][i] = 0;

@@ -220,6 +220,28 @@ static const shd_westin_colored *color_tables(const shd_plan *plan, shd_arena *a
     return all;
 }
 
+/* Finds lights that may be summed quickly, those that fall off as the first of them does. */
+static shd_packed_light find_quick(size_t count, shd_packed_light *lights) {
+    shd_packed_light all = {.span = 0};
+    uint32_t end = 0;
+    for (size_t j = 0; j < count; j++) {
+        shd_packed_light *l = &lights[j];
+        if ((l->kind != SHD_KIND_POINT && l->kind != SHD_KIND_ATTENUATED) || !l->span ||
+            !(l->color[0] >= 0 && l->color[1] >= 0 && l->color[2] >= 0))
+            continue;
+        if (!end) {
+            all = *l;
+            end = l->nearest + l->span;
+        }
+        l->quick = l->a == all.a && l->b == all.b && l->c == all.c && l->least == all.least;
+        if (!l->quick) continue;
+        if (l->nearest > all.nearest) all.nearest = l->nearest;
+        if (l->nearest + l->span < end) end = l->nearest + l->span;
+    }
+    all.span = end > all.nearest ? end - all.nearest : 0;
+    return all;
+}
+
 shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows, shd_arena *arena) {
     static shd_sums_function *const sums32[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums32),
                                     *const sums64[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sums64),
@@ -260,6 +282,8 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows,
     *lighting = (shd_lighting){.plan = plan,
                                .sums64 = sums64[plan->isa],
                                .lights = lights,
+                               .quick = plan->bunches ? find_quick(light_count, lights)
+                                                      : (shd_packed_light){.span = 0},
                                .wide = wide,
                                .exact = exact,
                                .materials = materials,

@@ -27,6 +27,7 @@ typedef struct shd_packed_light {
     float axis[3];
     /* Nearer to `outer` than this, f64 tells on which side 1 - cos t is. 0 with a penumbra. */
     float rim;
+    bool quick; /* it may be summed quickly: it falls off as shd_lighting.quick does */
 } shd_packed_light;
 
 /* A plane of flat faces that the light is in or near to. There N.(light - p) is `height`, turned as
@@ -118,6 +119,9 @@ typedef void shd_sums_function(const shd_sums_job *job);
 shd_sums_function shd_sums32_portable, shd_sums32_avx2, shd_sums32_avx512;
 shd_sums_function shd_sums64_portable, shd_sums64_avx2, shd_sums64_avx512;
 
+/* Sums in f32 that are added to the rows: shade/quick.h. */
+shd_sums_function shd_quick32_portable, shd_quick32_avx2, shd_quick32_avx512;
+
 /* Sums in f64 of all models, spectra and lights with a shape, of points in f64. */
 shd_sums_function shd_brdf64_portable, shd_brdf64_avx2, shd_brdf64_avx512;
 
@@ -140,8 +144,11 @@ shd_add_wide_function shd_add_wide_portable, shd_add_wide_avx2, shd_add_wide_avx
 
 struct shd_lighting {
     const shd_plan *plan;
-    shd_sums_function *sums64;            /* the variant of the plan's instruction set */
-    const shd_packed_light *lights;       /* [plan->light_count]; NULL for the exact tier */
+    shd_sums_function *sums64;      /* the variant of the plan's instruction set */
+    const shd_packed_light *lights; /* [plan->light_count]; NULL for the exact tier */
+    /* How lights that are summed quickly fall off, and squared distances at which all of them are
+     * done in f32. */
+    shd_packed_light quick;
     const shd_wide_light *wide, *exact;   /* [plan->light_count]: for narrow points, for others */
     const shd_packed_material *materials; /* [plan->material_count] */
     const shd_shadows *shadows;           /* or NULL */

@@ -1,5 +1,9 @@
 /* Sums by the kernels, where nothing stops light. */
+#include <math.h>
+
+#include "plan/tier.h"
 #include "shade/packed.h"
+#include "shade/quick.h"
 
 static void sum_points(const shd_sums_job *all, shd_sums_function *sums) {
     /* Between looks at the flag that cancels: so many points times lights times terms, or one
@@ -56,6 +60,55 @@ void shd_light_dull32(const shd_lighting *lighting, const shd_plan_material *mat
                               .narrow = points,
                               .diffuse = diffuse};
     sum_points(&job, packed->sums);
+}
+
+bool shd_is_quick(const shd_lighting *lighting, const shd_plan_material *material) {
+    const shd_plan *plan = lighting->plan;
+    const shd_packed_material *packed = &lighting->materials[material - plan->materials];
+    if (plan->tier == SHD_EXACT || plan->split_positions || packed->model ||
+        material->lobe_count > 1 || !(lighting->quick.span > 0))
+        return false;
+    /* What is seen is no less than a part of it. */
+    for (int c = 0; c < 3; c++)
+        if (!(material->constant[c] >= 0 && material->diffuse[c] >= 0 &&
+              (!material->lobe_count || material->lobes->specular[c] >= 0)))
+            return false;
+    const double n = material->lobe_count ? material->lobes->shininess : 0;
+    if (!(shd_quick_off(n) <= SHD_QUICK_SHARE * plan->drop_relative)) return false;
+    if (!material->lobe_count) return true;
+    return n >= SHD_QUICK_LEAST && n <= SHD_QUICK_MOST && n == floor(n);
+}
+
+size_t shd_part_quick(const shd_lighting *lighting, const uint32_t *which, size_t n,
+                      uint32_t *quick, uint32_t *others) {
+    size_t count = 0;
+    for (size_t k = 0; k < n; k++) {
+        const uint32_t index = which[k];
+        quick[count] = index;
+        others[k - count] = index;
+        count += lighting->lights[index].quick;
+    }
+    return count;
+}
+
+void shd_light_quick32(const shd_lighting *lighting, const shd_plan_material *material,
+                       const uint32_t *which, size_t n, const shd_points32 *points,
+                       float *const diffuse[3], float *const *specular, uint8_t *edges) {
+    static shd_sums_function *const sums[SHD_ISA_COUNT] = SHD_VARIANTS(shd_quick32);
+    shd_plan_material shown = *material;
+    if (!specular) shown.lobe_count = 0;
+    const shd_sums_job job = {.lighting = lighting,
+                              .material = &shown,
+                              .lobes =
+                                  lighting->materials[material - lighting->plan->materials].lobes,
+                              .which = which,
+                              .n = n,
+                              .count = points->count,
+                              .narrow = points,
+                              .diffuse = diffuse,
+                              .specular = specular,
+                              .edges = edges};
+    if (n) sum_points(&job, sums[lighting->plan->isa]);
 }
 
 /* Whether a light has a shape, or comes from all around. */

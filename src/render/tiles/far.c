@@ -6,6 +6,7 @@
 
 #include "bound/light/pieces.h"
 #include "bound/light/weakest.h"
+#include "shade/quick.h"
 
 /* Of the room: of bunches, of all lights of a patch that has parts, of those of others, and of all
  * with what highlights of dull lights add. The rest is for lights that are dropped. */
@@ -110,9 +111,9 @@ static double room_of(const seeker *s, const shd_far_sums *light) {
     for (int c = 0; c < 3; c++) {
         const double kd = s->material->diffuse[c],
                      seen = s->material->constant[c] + kd * light->least[c],
-                     own = relative
-                               ? (plan->drop_relative - ROUNDING) * (1 - OWN) * shd_larger(seen, 0)
-                               : -ROUNDING * fabs(kd) * light->most;
+                     own = relative ? (plan->drop_relative * (1 - SHD_QUICK_SHARE) - ROUNDING) *
+                                          (1 - OWN) * shd_larger(seen, 0)
+                                    : -ROUNDING * fabs(kd) * light->most;
         room = shd_smaller(room, s->out->weight[c] * (plan->drop_tolerance + own));
     }
     return shd_larger(room, 0);
@@ -262,7 +263,7 @@ static bool fits(filling *f, double rest, int step) {
 static void add_taken(seeker *s, const shd_far_look *from, uint32_t place) {
     double brightest = 0;
     for (int c = 0; c < 3; c++) {
-        const double color = s->bunches->rows[8 + c][place];
+        const double color = s->bunches->rows[place].color[c];
         s->taken.least[c] += color * from->certain;
         brightest = shd_larger(brightest, color);
     }
@@ -459,6 +460,8 @@ void shd_afar_lay_out(const shd_plan *plan, size_t points, shd_scratch *memory,
     out->now = shd_scratch_take(memory, plan->bunches->count, sizeof *out->now);
     out->next = shd_scratch_take(memory, plan->bunches->count, sizeof *out->next);
     out->dull = shd_scratch_take(memory, lights, sizeof *out->dull);
+    out->quick = shd_scratch_take(memory, lights, sizeof *out->quick);
+    out->others = shd_scratch_take(memory, lights, sizeof *out->others);
     out->steps = shd_scratch_take(memory, lights, sizeof *out->steps);
     out->looks = shd_scratch_take(memory, lights, sizeof *out->looks);
     out->bits = shd_scratch_take(memory, (lights + 63) / 64, sizeof *out->bits);

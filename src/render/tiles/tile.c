@@ -14,6 +14,7 @@
 #include "render/tiles/smooth.h"
 #include "render/tiles/textured.h"
 #include "render/tiles/traced.h"
+#include "shade/quick.h"
 
 /* ---- Light on what was hit. ---- */
 
@@ -93,6 +94,7 @@ typedef struct lit_run {
     const uint32_t *which; /* [lights]: in plan->lights */
     size_t lights;
     const shd_known *known; /* of the hits; NULL: nothing is */
+    bool quick;             /* shd_is_quick */
 } lit_run;
 
 static shd_points64 points64_of(const shd_hits *hits, size_t first, size_t count) {
@@ -140,6 +142,11 @@ static void light_edges(const shd_scenery *scenery, const lit_run *l, shd_tile_s
 static void add_dull(const shd_scenery *scenery, const lit_run *l, const shd_points32 *points,
                      shd_tile_scratch *s) {
     const int channels = scenery->plan->grey_lights ? 1 : 3;
+    if (l->quick) {
+        shd_light_quick32(scenery->lighting, l->material, s->afar.dull, s->afar.dull_count, points,
+                          s->outs, NULL, NULL);
+        return;
+    }
     shd_light_dull32(scenery->lighting, l->material, s->afar.dull, s->afar.dull_count, points,
                      s->afar.rows);
     for (int c = 0; c < channels; c++)
@@ -161,8 +168,14 @@ static void sum_lights(const shd_scenery *scenery, const lit_run *l, size_t plan
         points.mirror[c] = l->hits->mirror32[c] + l->first;
     }
     memset(s->edges, 0, l->count);
-    shd_light_sums32(scenery->lighting, l->material, l->which, l->lights, &points,
-                     l->material->has_diffuse ? s->outs : NULL, s->outs + 3, s->edges);
+    uint32_t *const quick = s->afar.quick, *const others = s->afar.others;
+    const size_t some =
+        l->quick ? shd_part_quick(scenery->lighting, l->which, l->lights, quick, others) : 0;
+    shd_light_sums32(scenery->lighting, l->material, l->quick ? others : l->which, l->lights - some,
+                     &points, l->material->has_diffuse ? s->outs : NULL, s->outs + 3, s->edges);
+    if (some)
+        shd_light_quick32(scenery->lighting, l->material, quick, some, &points, s->outs,
+                          s->outs + 3, s->edges);
     light_edges(scenery, l, s);
     if (plane == 0 && s->afar.dull_count) add_dull(scenery, l, &points, s);
     if (plane == 0 && s->far && s->far->lights)
@@ -236,7 +249,9 @@ static void cull_lights(const shd_scenery *scenery, lit_run *l, shd_tile_scratch
     const shd_patch patch = patch_of(scenery, l);
     const size_t object = (size_t)l->hits->object[l->first];
     const size_t count = shd_plan_cull(plan, &patch, l->which, l->lights, s->which);
-    const double room = shd_patch_room(plan, object, &patch, plan->drop_tolerance, s->which, count);
+    const double share = l->quick ? 1 - SHD_QUICK_SHARE : 1,
+                 room = share *
+                        shd_patch_room(plan, object, &patch, plan->drop_tolerance, s->which, count);
     l->lights = shd_drop_weakest(plan, object, &patch, room, s->which, count);
     l->which = s->which;
 }
@@ -370,6 +385,8 @@ static const shd_hits *light_hits(const shd_scenery *scenery, const shd_chunk *c
         }
         if (l.material->pointwise) shd_bent_sharpen(scenery, l.material, hits, l.first, l.count, s);
         if (s->smooth) l.known = know_lights(scenery, &l, s);
+        l.quick = plan->bunches && l.material->has_diffuse && !l.material->textures &&
+                  shd_is_quick(scenery->lighting, l.material);
         if (is_for_bunches(plan, &l)) {
             light_from_afar(scenery, &l, chunk, 0, NULL, s);
         } else {
@@ -378,6 +395,7 @@ static const shd_hits *light_hits(const shd_scenery *scenery, const shd_chunk *c
         }
         uint32_t light;
         l.which = &light;
+        l.quick = false;
         for (size_t p = 1; p < plan->plane_count; p++) {
             if (plan->planes[p].kind != SHD_LAYER_LIGHT) continue;
             l.lights = shd_plan_find_light(plan, plan->planes[p].light, &light) ? 1 : 0;
