@@ -223,6 +223,9 @@ SHD_INLINE shd_vd shd_vd_sqrt(shd_vd a) {
 SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
     return SHD_X86(max_ps)(a, b);
 }
+SHD_INLINE shd_vf shd_vf_min(shd_vf a, shd_vf b) {
+    return SHD_X86(min_ps)(a, b);
+}
 SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
     return SHD_X86(max_pd)(a, b);
 }
@@ -276,6 +279,9 @@ SHD_INLINE unsigned shd_md_bits(shd_md m) {
 
 SHD_INLINE shd_vf shd_vf_max(shd_vf a, shd_vf b) {
     return shd_vf_select((shd_mf)(a > b), a, b);
+}
+SHD_INLINE shd_vf shd_vf_min(shd_vf a, shd_vf b) {
+    return shd_vf_select((shd_mf)(a < b), a, b);
 }
 SHD_INLINE shd_vd shd_vd_max(shd_vd a, shd_vd b) {
     return shd_vd_select((shd_md)(a > b), a, b);

@@ -4,12 +4,13 @@
 
 #include "base/cpu.h"
 #include "base/sample.h"
+#include "base/simd.h"
 #include "color/codes.h"
 #if defined(__AVX2__)
 #include <immintrin.h>
 #endif
 
-enum { BLOCK = 64, GROUP = 16 }; /* pixels, and as many as are stored together if possible */
+enum { BLOCK = 256, GROUP = 16 }; /* pixels, and as many as are stored together if possible */
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "a pixel's first sample is the lowest");
 
@@ -53,15 +54,42 @@ static inline bool is_any_beyond(const uint32_t beyond[GROUP]) {
     return any >> 31;
 }
 
-static inline void find_u8(const shd_color_codes *codes, int c, const float held[restrict BLOCK],
-                           uint32_t out[restrict BLOCK]) {
-    const uint32_t first = codes->first, rest = (1u << codes->shift) - 1;
+/* A vector of entries. */
+SHD_INLINE shd_vu gather_vector(const uint32_t *table, shd_vu index) {
+#if SHD_W == 16
+    return (shd_vu)_mm512_i32gather_epi32((__m512i)index, table, 4);
+#elif SHD_W == 8
+    return (shd_vu)_mm256_i32gather_epi32((const int *)table, (__m256i)index, 4);
+#else
+    return (shd_vu){table[index[0]], table[index[1]], table[index[2]], table[index[3]]};
+#endif
+}
+
+/* Holds inputs and finds the codes of 8 bits that are wanted at once, so that what is between
+ * stays in registers: the samples of a pixel side by side in a word, the first one lowest. */
+SHD_INLINE void find_words_u8(const shd_color_task *task, const float *const in[3],
+                              const bool wanted[4], const uint32_t alpha[BLOCK], int samples,
+                              uint32_t out[BLOCK], uint32_t beyond[GROUP]) {
+    const shd_color_codes *codes = task->codes;
+    const shd_vu first = shd_vu_set(codes->first), rest = shd_vu_set((1u << codes->shift) - 1),
+                 size = shd_vu_set(0x7fffffff), most = shd_vu_set(task->plain);
+    const shd_vf low = shd_vf_set(codes->low);
     const int shift = codes->shift;
-    uint32_t index[BLOCK], steps[BLOCK];
-    for (int i = 0; i < BLOCK; i++) index[i] = (shd_bits_of(held[i]) - first) >> shift;
-    gather_entries(codes->steps[c], index, steps);
-    for (int i = 0; i < BLOCK; i++)
-        out[i] = (steps[i] + ((shd_bits_of(held[i]) - first) & rest)) >> shift;
+    shd_vu far = shd_vu_set(0), code[4];
+    for (int i = 0; i < BLOCK; i += SHD_W) {
+        for (int c = 0; c < 3; c++) {
+            const shd_vf x = shd_vf_load(in[c] + i), high = shd_vf_set(codes->high[c]);
+            far |= (most - ((shd_vu)x & size)) | (shd_vu)x;
+            if (!wanted[c]) continue;
+            const shd_vu off = (shd_vu)shd_vf_min(shd_vf_max(x, low), high) - first;
+            code[c] = (gather_vector(codes->steps[c], off >> shift) + (off & rest)) >> shift;
+        }
+        if (wanted[3]) memcpy(&code[3], alpha + i, sizeof code[3]);
+        shd_vu word = code[task->source[0]];
+        for (int s = 1; s < samples; s++) word |= code[task->source[s]] << 8 * s;
+        memcpy(out + i, &word, sizeof word);
+    }
+    memcpy(beyond, &far, sizeof far);
 }
 
 static inline void find_u16(const shd_color_codes *codes, int c, const float held[restrict BLOCK],
@@ -99,14 +127,7 @@ static void count_held(const shd_color_task *task, const float *const in[3], siz
 
 /* ---- Samples and rows. ---- */
 
-/* A pixel's samples side by side in a word, the first one lowest. */
-static inline void pack_u8(uint32_t (*const code[4])[BLOCK], int samples,
-                           uint32_t out[restrict BLOCK]) {
-    memcpy(out, *code[0], sizeof *code[0]);
-    for (int s = 1; s < samples; s++)
-        for (int i = 0; i < BLOCK; i++) out[i] |= (*code[s])[i] << 8 * s;
-}
-
+/* A pixel's samples side by side, the first one lowest. */
 static inline void pack_u16(uint32_t (*const code[4])[BLOCK], int samples,
                             uint64_t out[restrict BLOCK]) {
     for (int i = 0; i < BLOCK; i++) out[i] = (*code[0])[i];
@@ -204,14 +225,10 @@ static shd_encoded encode_pixels(const shd_color_task *task) {
         uint32_t look_closer[GROUP] = {0};
         for (int c = 0; c < 3; c++) {
             in[c] = take_channel(task->channel[c] + at, task->stride, count, room[c]);
+            if (codes->max == 255) continue;
             hold_inputs(codes, c, in[c], task->plain, held, look_closer);
-            if (!wanted[c]) continue;
-            if (codes->max == 255)
-                find_u8(codes, c, held, code[c]);
-            else
-                find_u16(codes, c, held, code[c]);
+            if (wanted[c]) find_u16(codes, c, held, code[c]);
         }
-        if (is_any_beyond(look_closer)) count_held(task, in, count, &counts);
         if (wanted[3] && task->channel[3])
             find_alpha(codes->max,
                        take_channel(task->channel[3] + at, task->stride, count, room[3]), code[3]);
@@ -220,13 +237,17 @@ static shd_encoded encode_pixels(const shd_color_task *task) {
 
         if (codes->max == 255) {
             uint32_t words[BLOCK];
-            pack_u8(code_of, task->samples, words);
+            if (task->samples == 3)
+                find_words_u8(task, in, wanted, code[3], 3, words, look_closer);
+            else
+                find_words_u8(task, in, wanted, code[3], task->samples, words, look_closer);
             store_samples(words, 1, task->samples, count, task, &next);
         } else {
             uint64_t words[BLOCK];
             pack_u16(code_of, task->samples, words);
             store_samples(words, 2, task->samples, count, task, &next);
         }
+        if (is_any_beyond(look_closer)) count_held(task, in, count, &counts);
     }
     return counts;
 }

@@ -35,6 +35,8 @@
  *
  * tests/property/sketch.c sees a tenth of it: these are the most that roundings add up to where all
  * of them lie one way, at the most grazing rays that are sketched. */
+#include <string.h>
+
 #include "shade/sketch_job.h"
 
 /* As above, and in plan/bend.h. */
@@ -42,9 +44,6 @@ static const double NEAR = 8, NEAR_PLANE = 3, RADII = 3, STRETCH = 2, OWN_FLAT =
 
 /* f32 has (N.w)^2 no farther off, with the room that N.V then needs. */
 static const double MET_OFF = 0x1p-16;
-
-/* Distances in the plan's frame of which f32 loses nothing; more than chords of f32 are off by. */
-static const double LEAST = 1e-6, MOST = 1e11, OFF = 1e-4;
 
 /* ---- Lights on materials. ---- */
 
@@ -57,6 +56,29 @@ static shd_sketch_light light_of(const shd_plan_material *material, const shd_pa
             out.specular[k][c] = (float)(material->lobes[k].specular[c] * color);
     }
     return out;
+}
+
+/* Where a group's lights are. False: memory. */
+static bool place_lights(const shd_plan *plan, const shd_plan_group *group, shd_arena *arena,
+                         shd_sketch_group *out) {
+    enum { LANES = 8, ROWS = 5 }; /* the most doubles of a vector */
+    const size_t count = (group->light_count + LANES - 1) / LANES * LANES;
+    double *rows = shd_arena_zalloc(arena, ROWS * count, sizeof *rows);
+    if (!rows) return false;
+    for (size_t k = 0; k < count; k++) rows[k] = 1; /* directional ones at the end */
+    for (size_t k = 0; k < group->light_count; k++) {
+        const shd_plan_light *light = &plan->lights[group->lights[k]];
+        const shd_vec3 at = light->directional ? light->toward : light->position;
+        rows[k] = at.x;
+        rows[count + k] = at.y;
+        rows[2 * count + k] = at.z;
+        rows[3 * count + k] = light->directional ? 0 : 1;
+        rows[4 * count + k] = light->directional ? 1 : plan->scale;
+    }
+    for (size_t c = 0; c < 3; c++) out->at[c] = rows + c * count;
+    out->point = rows + 3 * count;
+    out->scale = rows + 4 * count;
+    return true;
 }
 
 /* False: memory. */
@@ -80,7 +102,7 @@ static bool prepare_group(const shd_lighting *lighting, const shd_plan_group *gr
         out->fits = out->fits && from->kind != SHD_KIND_WIDE;
         lights[k] = light_of(material, from);
     }
-    return lights;
+    return lights && place_lights(plan, group, arena, out);
 }
 
 bool shd_sketch_prepare(shd_lighting *lighting, shd_arena *arena) {
@@ -121,48 +143,27 @@ static bool is_steady(const shd_block_rays *rays) {
             is_within(rays->at_x, rays->at_y, fmin(SHD_SKETCH_FLAT * c, SHD_SKETCH_LOW) * c));
 }
 
-/* What lights meet at a block. */
-typedef struct view {
-    const shd_bend *bend;
-    double moved;    /* no point is farther from the middle */
-    shd_vec3 mirror; /* W in the middle */
-    double turned;   /* by how much it and L may be closer elsewhere, but for L */
-    double chord;    /* of what is nearer than that, lobes are not nothing */
-    double near;     /* no light is nearer to any point */
-} view;
-
 /* How near lights may be. */
 static double nearest_for(const shd_block_rays *rays, double moved) {
     const double near = (rays->curved ? NEAR : NEAR_PLANE) * moved / rays->cosine;
     return rays->curved && !rays->to_world ? fmin(near, RADII * rays->size) : near;
 }
 
-/* False: it is not for sketches. *some: it may light the block. */
-static bool place_light(const shd_plan *plan, const shd_plan_light *light, const view *v,
-                        shd_sketch_place *out, bool *some) {
-    const shd_bend *bend = v->bend;
-    shd_vec3 way = light->toward;
-    double moves = 0;
-    if (!light->directional) {
-        const shd_vec3 path = shd_sub(light->position, bend->point);
-        const double away = shd_length(path), near = away - v->moved;
-        if (!(near >= v->near) || !(near * plan->scale > LEAST) ||
-            !((away + v->moved) * plan->scale < MOST))
-            return false;
-        round_vec(shd_scale(path, plan->scale), out->at);
-        way = shd_scale(path, 1 / away);
-        moves = v->moved / near;
-    } else {
-        round_vec(way, out->at);
-    }
-    const double facing = shd_dot(bend->normal, way),
-                 turned = bend->normals.first * bend->reach + moves,
-                 chord = v->chord + v->turned + moves;
-    const shd_vec3 apart = shd_sub(way, v->mirror);
-    out->turns = !(facing > turned + OFF);
-    out->shines = shd_dot(apart, apart) <= chord * chord;
-    *some = facing + turned + 1e-9 > 0;
-    return true;
+static shd_sketch_view view_of(const shd_bend *bend, const shd_block_rays *rays,
+                               const shd_sketch_group *group) {
+    const shd_vec3 n = bend->normal,
+                   mirror = shd_sub(shd_scale(n, 2 * shd_dot(n, bend->view)), bend->view);
+    const double moved = bend->points.first * bend->reach;
+    shd_sketch_view v = {.moved = moved,
+                         .turned = bend->normals.first * bend->reach,
+                         .chord = sqrt((double)group->reach) +
+                                  (2 * bend->normals.first + bend->views.first) * bend->reach +
+                                  SHD_SKETCH_OFF,
+                         .near = nearest_for(rays, moved)};
+    memcpy(v.point, &bend->point, sizeof v.point);
+    memcpy(v.normal, &n, sizeof v.normal);
+    memcpy(v.mirror, &mirror, sizeof v.mirror);
+    return v;
 }
 
 /* The maps of an ellipsoid's frame, and its rays in the world. */
@@ -206,14 +207,6 @@ shd_sketched shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend
     const size_t of = plan->objects[bend->object].group;
     const shd_sketch_group *group = &lighting->sketches[of];
     if (!group->fits || !is_steady(rays)) return nothing;
-    const shd_vec3 n = bend->normal;
-    const double moved = bend->points.first * bend->reach;
-    const view v = {bend,
-                    moved,
-                    shd_sub(shd_scale(n, 2 * shd_dot(n, bend->view)), bend->view),
-                    (2 * bend->normals.first + bend->views.first) * bend->reach + OFF,
-                    sqrt((double)group->reach),
-                    nearest_for(rays, moved)};
     shd_sketch_job j;
     j.group = group;
     j.form = rays->to_world ? SHD_SKETCH_ELLIPSOID
@@ -222,15 +215,7 @@ shd_sketched shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend
     const double turned = (rays->to_world ? 2 : 1) * SHD_SKETCH_TURNED;
     j.turned2 = (float)(turned * turned);
     j.scale = (float)(rays->size * plan->scale);
-    j.count = 0;
-    for (size_t k = 0; k < group->light_count; k++) {
-        bool some;
-        j.places[j.count].light = &group->lights[k];
-        if (!place_light(plan, &plan->lights[plan->groups[of].lights[k]], &v, &j.places[j.count],
-                         &some))
-            return nothing;
-        j.count += some;
-    }
+    j.view = view_of(bend, rays, group);
     set_rays(rays, &j);
     if (rays->to_world) set_ellipsoid(bend, rays, plan->scale, &j);
     return kernels[plan->isa](&j, stride, rgb);

@@ -15,6 +15,81 @@ _Alignas(64) static const float across[SHD_SKETCH_PIXELS] = {
 _Alignas(64) static const float down[SHD_SKETCH_PIXELS] = {
     ROW(-3.5f), ROW(-2.5f), ROW(-1.5f), ROW(-0.5f), ROW(0.5f), ROW(1.5f), ROW(2.5f), ROW(3.5f)};
 
+/* ---- Lights at a block. ---- */
+
+/* A light at a block. */
+typedef struct sketch_place {
+    const shd_sketch_light *light;
+    float at[3]; /* from the block's middle, in the plan's frame, or the direction toward it */
+    bool turns;  /* N.L may be 0 or less somewhere */
+    bool shines; /* highlights may be there */
+} sketch_place;
+
+/* Lights, as bits. */
+typedef struct sides {
+    unsigned known;  /* they are for sketches */
+    unsigned some;   /* they may light the block */
+    unsigned turn;   /* as above */
+    unsigned glance; /* no highlight is there */
+} sides;
+
+SHD_INLINE shd_vd dot_with(const shd_vd a[3], const double b[3]) {
+    return a[0] * shd_vd_set(b[0]) + a[1] * shd_vd_set(b[1]) + a[2] * shd_vd_set(b[2]);
+}
+
+/* Looks at the vector of lights from `k` on. */
+SHD_INLINE sides look_at_lights(const shd_sketch_job *j, size_t k, float at[3][SHD_SKETCH_LIGHTS]) {
+    /* Distances in the plan's frame of which f32 loses nothing. */
+    const shd_vd least = shd_vd_set(1e-6), most = shd_vd_set(1e11);
+    const shd_sketch_group *group = j->group;
+    const shd_sketch_view *v = &j->view;
+    const shd_vd point = shd_vd_load(group->point + k), scale = shd_vd_load(group->scale + k),
+                 one = shd_vd_set(1), two = shd_vd_set(2), moved = shd_vd_set(v->moved);
+    shd_vd path[3], square = shd_vd_set(0);
+    for (int c = 0; c < 3; c++) {
+        path[c] = shd_vd_load(group->at[c] + k) - point * shd_vd_set(v->point[c]);
+        square += path[c] * path[c];
+        const shd_vh rounded = shd_vh_narrow(path[c] * scale);
+        memcpy(at[c] + k, &rounded, sizeof rounded);
+    }
+    const shd_vd away = shd_vd_sqrt(square), near = away - moved, inverse = one / away,
+                 moves = point * moved / near, turned = shd_vd_set(v->turned) + moves,
+                 chord = shd_vd_set(v->chord) + moves, facing = dot_with(path, v->normal) * inverse,
+                 apart2 = two - two * dot_with(path, v->mirror) * inverse;
+    const shd_md far = shd_md_and(
+        shd_vd_gt(near, shd_vd_set(v->near)),
+        shd_md_and(shd_vd_gt(near * scale, least), shd_vd_gt(most, (away + moved) * scale)));
+    return (sides){shd_md_bits(shd_md_or(far, shd_vd_gt(one, point))),
+                   shd_md_bits(shd_vd_gt(facing + turned, shd_vd_set(-1e-9))),
+                   ~shd_md_bits(shd_vd_gt(facing, turned + shd_vd_set(SHD_SKETCH_OFF))),
+                   shd_md_bits(shd_vd_gt(apart2, chord * chord))};
+}
+
+/* Lists those that may light the block. Returns how many, or SIZE_MAX: not all are for sketches. */
+SHD_INLINE size_t place_lights(const shd_sketch_job *j, sketch_place out[SHD_SKETCH_LIGHTS]) {
+    enum { LANES = SHD_W / 2 };
+    const size_t count = j->group->light_count;
+    float at[3][SHD_SKETCH_LIGHTS];
+    size_t placed = 0;
+    for (size_t k = 0; k < count; k += LANES) {
+        const sides s = look_at_lights(j, k, at);
+        const unsigned mine =
+            count - k < LANES ? (1u << (count - k)) - 1 : (1u << (LANES - 1) << 1) - 1;
+        if (mine & ~s.known) return SIZE_MAX;
+        for (unsigned some = s.some & mine; some; some &= some - 1) {
+            const unsigned i = (unsigned)__builtin_ctz(some);
+            sketch_place *p = &out[placed++];
+            p->light = &j->group->lights[k + i];
+            for (int c = 0; c < 3; c++) p->at[c] = at[c][k + i];
+            p->turns = s.turn >> i & 1;
+            p->shines = !(s.glance >> i & 1);
+        }
+    }
+    return placed;
+}
+
+/* ---- Pixels. ---- */
+
 /* What is seen through a vector of pixels. */
 typedef struct seen {
     shd_vf moved[3], normal[3], mirror[3]; /* from the middle, in the plan's frame; unit; unit */
@@ -111,7 +186,7 @@ SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], 
 
 /* Adds a light. Sets the lanes of `unknown` in which f32 does not tell whether there is a
  * highlight, which may be where N.L `turns` its sign. */
-SHD_INLINE void add_light(const shd_sketch_place *place, const shd_sketch_group *group,
+SHD_INLINE void add_light(const sketch_place *place, const shd_sketch_group *group,
                           size_t lobe_count, const seen *at, bool turns, float turned2,
                           shd_vf rgb[3], shd_mf *unknown) {
     const shd_sketch_light *light = place->light;
@@ -166,6 +241,9 @@ SHD_INLINE shd_sketched sketch(const shd_sketch_job *j, shd_sketch_form form, si
     const shd_sketch_group *group = j->group;
     const shd_mf none = shd_vf_gt(shd_vf_set(0), shd_vf_set(0));
     shd_sketched told = {SHD_SKETCHED_ALL, 0};
+    sketch_place places[SHD_SKETCH_LIGHTS];
+    const size_t count = place_lights(j, places);
+    if (count == SIZE_MAX) return (shd_sketched){0, 0};
     for (int i = 0; i < SHD_SKETCH_PIXELS; i += SHD_W) {
         const seen at = meet(j, i, form);
         shd_mf unknown = none;
@@ -180,11 +258,11 @@ SHD_INLINE shd_sketched sketch(const shd_sketch_job *j, shd_sketch_form form, si
         }
 #pragma GCC unroll 3
         for (int c = 0; c < 3; c++) rgb[c] = shd_vf_set(group->constant[c]);
-        for (size_t k = 0; k < j->count; k++)
-            if (j->places[k].turns)
-                add_light(&j->places[k], group, lobe_count, &at, true, j->turned2, rgb, &unknown);
+        for (size_t k = 0; k < count; k++)
+            if (places[k].turns)
+                add_light(&places[k], group, lobe_count, &at, true, j->turned2, rgb, &unknown);
             else
-                add_light(&j->places[k], group, lobe_count, &at, false, 0, rgb, &unknown);
+                add_light(&places[k], group, lobe_count, &at, false, 0, rgb, &unknown);
 #pragma GCC unroll 3
         for (int c = 0; c < 3; c++) store_rows(rgb[c], i, stride, out[c]);
         told.drawn &= ~((uint64_t)shd_mf_bits(unknown) << i);

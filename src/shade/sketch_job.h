@@ -17,15 +17,22 @@ struct shd_sketch_group {
     size_t lobe_count, light_count;
     float reach; /* the largest of the lobes */
     const shd_sketch_light *lights;
+    /* Where they are, in the world, or the direction toward them; 1, or 0 of directional ones; what
+     * makes lengths of the plan's frame of that. As many as vectors take. */
+    const double *at[3], *point, *scale;
 };
 
-/* A light at a block. */
-typedef struct shd_sketch_place {
-    const shd_sketch_light *light;
-    float at[3]; /* from the block's middle, in the plan's frame, or the direction toward it */
-    bool turns;  /* N.L may be 0 or less somewhere */
-    bool shines; /* highlights may be there */
-} shd_sketch_place;
+/* What lights meet at a block. */
+typedef struct shd_sketch_view {
+    double point[3], normal[3], mirror[3]; /* in the middle, in the world: P, N, W */
+    double moved;                          /* no point is farther from the middle */
+    double turned;                         /* nor N from that by more, */
+    double chord; /* and of L that is nearer to W than that, lobes are not nothing */
+    double near;  /* lights that are nearer to a point are not for sketches */
+} shd_sketch_view;
+
+/* More than chords of f32 are off by. */
+static const double SHD_SKETCH_OFF = 1e-4;
 
 typedef enum shd_sketch_form {
     SHD_SKETCH_PLANE,
@@ -45,8 +52,7 @@ typedef struct shd_sketch_job {
     /* Of an ellipsoid: from the frame of the rays to the plan's, and to normals, which are unit in
      * the middle; N there, and the rays in the world, `along` times which is -N.w for b = -1. */
     float to_frame[3][3], to_normal[3][3], normal[3], seen[3], seen_x[3], seen_y[3], along;
-    size_t count;
-    shd_sketch_place places[SHD_SKETCH_LIGHTS];
+    shd_sketch_view view;
 } shd_sketch_job;
 
 /* Others are drawn than those of which f32 does not tell on which side of an edge they are. */

@@ -25,6 +25,15 @@ not counted, because valgrind does not know it.
 | samples | kernel | asked for | taken | million instructions | of `standard` | bound, linear |
 | --- | --- | --- | --- | --- | --- | --- |
 """
+OTHERS = """
+## Other scenes
+
+The same of what else such lights shine on, with one sample, in millions of instructions. A tier that costs as much as the one
+before it is drawn as that one: no mesh is sketched, nor any other shape than spheres, ellipsoids and planes.
+
+| scene | kernel | `draft` | `standard` | `exact` | `standard` / `draft` | `exact` / `standard` |
+| --- | --- | --- | --- | --- | --- | --- |
+"""
 
 
 def document(samples, accuracy):
@@ -48,6 +57,37 @@ def counted(text, kernel):
     return number / 1e6, explained["tier"], explained["bound"]["linear"]["most"]
 
 
+def others():
+    """Scenes beside the one sphere, by name."""
+    ball = {"type": "sphere", "material": scenes.MATERIAL}
+    steps = [{**ball, "radius": 0.45, "transform": {"translate": [x, y, 0]}}
+             for x in (-1, 0, 1) for y in (-0.55, 0.55)]
+    ground = {"type": "plane", "material": scenes.MATERIAL, "transform": {"translate": [0, -1, 0]}}
+    checker = {**scenes.MATERIAL, "diffuse": {"pattern": "checker", "colors": [0.2, 0.8]}}
+    places = [c for j in range(17) for i in range(32) for c in (i / 4, j / 4)]
+    turned = {"rotate": [20, 30, 0]}
+    return {"a sphere": [ball],
+            "an ellipsoid": [{**ball, "transform": {**turned, "scale": [1, 0.8, 0.7]}}],
+            "six spheres": steps,
+            "a sphere on a plane": [ball, ground],
+            "a mesh of 960 triangles": [{**scenes.ball(), "material": scenes.MATERIAL}],
+            "the mesh with a pattern": [{**scenes.ball(), "uvs": places, "material": checker}],
+            "a torus": [{**ball, "type": "torus"}],
+            "a box": [{**ball, "type": "box", "transform": turned}]}
+
+
+def count_others():
+    rows = []
+    for name, things in others().items():
+        for kernel in KERNELS:
+            draft, standard, exact = (counted(json.dumps(scenes.scene(
+                scenes.lights(4, scenes.FADING), tier=tier, objects=things)), kernel)[0]
+                                      for tier in TIERS)
+            rows.append(f"| {name} | {kernel} | {draft:.1f} | {standard:.1f} | {exact:.1f} | "
+                        f"{standard / draft:.2f} | {exact / standard:.2f} |")
+    return rows
+
+
 def asked(accuracy):
     return f"`{accuracy['tier']}`" if "tier" in accuracy else \
         f"{accuracy['maxError']:g} {accuracy['metric']}"
@@ -63,8 +103,8 @@ def main():
             rows += [f"| {samples} | {kernel} | {asked(accuracy)} | {tier} | {millions:.1f} | "
                      f"{millions / whole:.2f} | {bound:.2g} |"
                      for accuracy, millions, tier, bound in found]
-    (Path(sys.argv[1]) / "instructions.md").write_text(HEAD + "\n".join(rows) + "\n",
-                                                       encoding="utf-8")
+    text = HEAD + "\n".join(rows) + "\n" + OTHERS + "\n".join(count_others()) + "\n"
+    (Path(sys.argv[1]) / "instructions.md").write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
