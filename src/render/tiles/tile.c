@@ -309,7 +309,8 @@ static void light_rest(const shd_scenery *scenery, const lit_run *l, const shd_p
  * looking at each light. `whole`: what was found of what it is part of, or NULL. */
 static void light_from_afar(const shd_scenery *scenery, const lit_run *l, const shd_chunk *chunk,
                             int level, const shd_afar *whole, shd_tile_scratch *s) {
-    enum { FEW = 24 /* lights */, ALONE = 32 /* points */ };
+    enum { FEW = 24 /* lights */, ALONE = 32, SMALL = 256 /* points */ };
+    static const double BENT = 0.9;
     static const size_t least[SHD_AFAR_LEVELS] = {256, 128, 1}; /* points that it pays for */
     const int last = SHD_AFAR_LEVELS - 1;
     const shd_plan *plan = scenery->plan;
@@ -318,6 +319,14 @@ static void light_from_afar(const shd_scenery *scenery, const lit_run *l, const 
         return;
     }
     shd_afar *found = &s->afar.levels[level];
+    const bool small = !whole && l->quick && l->count <= SMALL;
+    if (small || l->count >= least[level]) {
+        const shd_patch patch = patch_of(scenery, l);
+        if (small && patch.cos_spread < BENT) {
+            sum_lights(scenery, l, 0, s);
+            return;
+        }
+    }
     if (l->count >= least[level]) {
         const shd_patch patch = patch_of(scenery, l);
         if (level == last || patch.cos_spread > 0) {
