@@ -41,7 +41,7 @@ static size_t fall_of(builder *b, const shd_plan_light *light) {
 
 void shd_moments(shd_vec3 s, double m[SHD_BUNCH_MOMENTS]) {
     m[0] = 1;
-    for (int g = 1; g < 4; g++) {
+    for (int g = 1; g < 6; g++) {
         const double *from = m + shd_monomials_below(g - 1);
         double *out = m + shd_monomials_below(g);
         for (int r = 0; r < g; r++)

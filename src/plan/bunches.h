@@ -1,13 +1,13 @@
 /* Lights that lie together, so that what is far from all of them sees them as one: a forest, whose
  * trees are of lights that fall off alike. Bunches tell where their lights are by moments, up to
- * the third degree. Made for plans that may leave something out, see shade/far.h. */
+ * the fifth degree. Made for plans that may leave something out, see shade/far.h. */
 #pragma once
 
 #include "plan/plan.h"
 
 enum {
     SHD_BUNCHES_LEAST = 64, /* lights of a plan that has bunches; fewer are lit as fast */
-    SHD_BUNCH_MOMENTS = 20,
+    SHD_BUNCH_MOMENTS = 56,
     SHD_FALLS = 8 /* kinds of attenuation that have trees */
 };
 
@@ -59,7 +59,7 @@ typedef struct shd_bunches {
     size_t alone_count;
 } shd_bunches;
 
-/* Monomials of s up to the third degree, each divided by the factorials of its exponents. */
+/* Monomials of s up to the fifth degree, each divided by the factorials of its exponents. */
 void shd_moments(shd_vec3 s, double out[SHD_BUNCH_MOMENTS]);
 
 /* How many there are that are not divided further, and lights in no bunch. */

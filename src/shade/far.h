@@ -3,8 +3,9 @@
  * A light at v from a point sends E = Il f(|v|) v / |v| there, and N.E is what diffuse surfaces
  * show of it, as long as N.E is not below 0. E is the gradient of a potential, because it is
  * central: where the point moves by h, so that |v|^2 becomes D^2 + e, that of a series in e. What
- * of it is of the fourth degree in h or lower has 34 derivatives, of the third 19, whose sums tell
- * the light of all lights together. The rest of E is bounded, for each light, by shd_far_rest.
+ * of it is of the sixth degree in h or lower has 83 derivatives, of the fourth 34, of the third 19,
+ * whose sums tell the light of all lights together. The rest of E is bounded, for each light, by
+ * shd_far_rest.
  *
  * Lights that lie together (plan/bunches.h) have one series, about where they are: a light that is
  * s beside the middle sends to h what one in the middle sends to h - s. So moments of their places
@@ -17,12 +18,12 @@
 
 #include "plan/bunches.h"
 
-enum { SHD_FAR_TERMS = 34 };
+enum { SHD_FAR_TERMS = 83 };
 
 typedef struct shd_far {
     shd_vec3 center; /* world frame */
     int channels;    /* 1: all lights are grey */
-    int degree;      /* 3 or 4: of the potential, whose higher derivatives are left out */
+    int degree;      /* 3, 4 or 6: of the potential, whose higher derivatives are left out */
     size_t lights;
     /* Derivatives of the potential: monomials of degree 1 on, see shd_monomial. */
     double terms[3][SHD_FAR_TERMS];

@@ -5,6 +5,7 @@
 
 #include "base/simd.h"
 #include "shade/far.h"
+#include "shade/far_terms.h"
 
 /* Lights and points are taken eight at a time whatever the width of vectors, so that sums are the
  * same. */
@@ -87,10 +88,16 @@ SHD_INLINE void turn_angle(shd_vd cosine, shd_vd by_cosine, shd_vd by_sine, shd_
     *low = where(a, -by_cosine, a * by_cosine - sine * by_sine, vd(-1)) - MARGIN;
 }
 
-/* x^4 and what follows: see far.c, which these are of. */
+/* See far.c, which these are of. */
+SHD_INLINE shd_vd power_vd(shd_vd x, int m) {
+    shd_vd power = x * x * x;
+    for (int k = 3; k < m; k++) power *= x;
+    return power;
+}
+
 SHD_INLINE shd_vd pure_tail(shd_vd x, double n, int m) {
-    const shd_vd left = 1 - x, cube = x * x * x;
-    return (m > 3 ? cube * x : cube) * ((m + n) * left + x) / (left * left);
+    const shd_vd left = 1 - x;
+    return power_vd(x, m) * ((m + n) * left + x) / (left * left);
 }
 
 SHD_INLINE shd_vd mixed_tail(shd_vd linear, shd_vd square, shd_vd x, int m) {
@@ -110,13 +117,13 @@ typedef struct looks {
 
 SHD_INLINE shd_vd tail_of(shd_vd a, shd_vd b, shd_vd c, shd_vd linear, shd_vd square, shd_vd t,
                           int m) {
-    const shd_vd zero = vd(0), cube = t * t * t;
-    const shd_vd one = vd(1), mixed = where(a + b, zero, where(a + c, zero, one, zero), zero);
+    const shd_vd zero = vd(0), one = vd(1),
+                 mixed = where(a + b, zero, where(a + c, zero, one, zero), zero);
     shd_vd tail = zero;
     if (shd_md_bits(shd_vd_gt(mixed, zero))) tail = mixed_tail(linear, square, t, m);
     tail = where(a + c, zero, tail, 2 * pure_tail(t, 0.5, m));
     tail = where(a + b, zero, tail, pure_tail(t, 1.5, m));
-    return where(b + c, zero, tail, 2 * (m > 3 ? cube * t : cube) / (1 - t));
+    return where(b + c, zero, tail, 2 * power_vd(t, m) / (1 - t));
 }
 
 /* What light of `fall` shows of the lobes at most, by channel. (R.V)^ns is at most exp(-x), x = ns
@@ -265,43 +272,50 @@ static void look_at_lights(const shd_bunches *bunches, const shd_far_patch *patc
 
 /* ---- Derivatives of the potential: see far.c. ---- */
 
-SHD_INLINE void derive_lanes(const rows *r, shd_vec3 center, int last, lanes to[SHD_FAR_TERMS]) {
-    static const double root[] = {1, 0.5, -0.125, 0.0625}, cube[] = {1, 1.5, 0.375, -0.0625};
+/* Adds those of lights, of the color that they have. */
+SHD_INLINE void derive_lanes(const rows *r, shd_vec3 center, int last, int channels,
+                             lanes (*to)[SHD_FAR_TERMS]) {
     for (int v = 0; v < LANES; v += WIDE) {
         const shd_vd x = shd_vd_load(r->x + v) - center.x, y = shd_vd_load(r->y + v) - center.y,
                      z = shd_vd_load(r->z + v) - center.z, d = shd_vd_sqrt(x * x + y * y + z * z),
-                     over = 1 / d;
+                     over = 1 / d, n[3] = {x * over, y * over, z * over};
         const shd_vd a = shd_vd_load(r->a + v) * d, b = shd_vd_load(r->b + v) * d * d,
                      c = shd_vd_load(r->c + v) * d * d * d;
-        shd_vd fall[4], g[4],
-            power[3][5] = {{vd(1), x * over}, {vd(1), y * over}, {vd(1), z * over}};
-        for (int k = 0; k < 4; k++) fall[k] = a * root[k] + (k < 2 ? b : vd(0)) + c * cube[k];
+        shd_vd fall[6], g[6], all[SHD_FAR_TERMS + 1], unit = d;
+        for (int k = 0; k < last; k++)
+            fall[k] = a * shd_far_root[k] + (k < 2 ? b : vd(0)) + c * shd_far_cube[k];
         const shd_vd part = 1 / fall[0];
         g[0] = shd_vd_load(r->gain + v) * part;
-        g[1] = -fall[1] * g[0] * part;
-        g[2] = -(fall[1] * g[1] + fall[2] * g[0]) * part;
-        g[3] = -(fall[1] * g[2] + fall[2] * g[1] + fall[3] * g[0]) * part;
-        for (int k = 0; k < 3; k++)
-            for (int n = 2; n < 5; n++) power[k][n] = power[k][n - 1] * power[k][1];
-        const shd_vd over2 = over * over, pairs = -2 * g[1] * over2,
-                     whole[5] = {vd(0), g[0] * d, -2 * g[1], 8 * g[2] * over, -48 * g[3] * over2},
-                     pair[5] = {vd(0), vd(0), -g[0], 2 * g[1] * over, -8 * g[2] * over2};
-#pragma GCC unroll 4
-        for (int degree = 1; degree <= last; degree++)
-#pragma GCC unroll 5
-            for (int s = 0; s <= degree; s++)
-#pragma GCC unroll 5
-                for (int k = 0; k <= s; k++) {
-                    const int i = degree - s, j = s - k;
-                    const shd_vd *px = power[0], *py = power[1], *pz = power[2];
-                    shd_vd sum = whole[degree] * (px[i] * py[j] * pz[k]);
-                    if (i > 1) sum += i * (i - 1) / 2 * pair[degree] * (px[i - 2] * py[j] * pz[k]);
-                    if (j > 1) sum += j * (j - 1) / 2 * pair[degree] * (px[i] * py[j - 2] * pz[k]);
-                    if (k > 1) sum += k * (k - 1) / 2 * pair[degree] * (px[i] * py[j] * pz[k - 2]);
-                    if (degree == 4 && !(i % 2 || j % 2))
-                        sum += (i == 4 || j == 4 || k == 4 ? 3 : 1) * pairs;
-                    shd_vd_store(to[shd_monomials_below(degree) - 1 + shd_monomial(s, k)] + v, sum);
-                }
+        for (int k = 1; k < last; k++) {
+            shd_vd sum = fall[1] * g[k - 1];
+            for (int i = 2; i <= k; i++) sum += fall[i] * g[k - i];
+            g[k] = -sum * part;
+        }
+        all[0] = shd_far_factor[last - 1] * g[last - 1];
+#pragma GCC unroll 6
+        for (int j = last - 1; j >= 0; j--) {
+#pragma GCC unroll 6
+            for (int degree = last - j; degree > 0; degree--)
+#pragma GCC unroll 7
+                for (int s = 0; s <= degree; s++)
+#pragma GCC unroll 7
+                    for (int k = 0; k <= s; k++) {
+                        const shd_far_step step = shd_far_step_of(degree, s, k);
+                        shd_vd sum = -n[step.axis] * all[step.once];
+                        if (step.times) sum += step.times * all[step.twice];
+                        all[shd_monomials_below(degree) + shd_monomial(s, k)] = sum;
+                    }
+            if (j) all[0] = shd_far_factor[j - 1] * g[j - 1];
+        }
+#pragma GCC unroll 6
+        for (int degree = 1; degree <= last; degree++, unit *= over)
+            for (int color = 0; color < channels; color++) {
+                const shd_vd by = shd_vd_load(r->color[color] + v) * unit;
+                for (size_t k = shd_monomials_below(degree); k < shd_monomials_below(degree + 1);
+                     k++)
+                    shd_vd_store(to[color][k - 1] + v,
+                                 shd_vd_load(to[color][k - 1] + v) + by * all[k]);
+            }
     }
 }
 
@@ -309,22 +323,14 @@ SHD_INLINE void add_terms(const shd_bunches *bunches, const uint32_t *which, siz
                           int degree, shd_far *to) {
     const int terms = (int)shd_monomials_below(degree + 1) - 1;
     lanes sums[3][SHD_FAR_TERMS];
-    memset(sums, 0, sizeof sums);
+    for (int c = 0; c < to->channels; c++) memset(sums[c], 0, (size_t)terms * sizeof(lanes));
     for (size_t first = 0; first < count; first += LANES) {
         const size_t some = count - first < LANES ? count - first : LANES;
         rows r;
-        lanes d[SHD_FAR_TERMS];
         load_rows(bunches, bunches->rows, which + first, some, &r);
-        derive_lanes(&r, to->center, degree, d);
-        for (int c = 0; c < to->channels; c++) {
+        for (int c = 0; c < to->channels; c++)
             for (size_t i = some; i < LANES; i++) r.color[c][i] = 0;
-            for (int v = 0; v < LANES; v += WIDE) {
-                const shd_vd by = shd_vd_load(r.color[c] + v);
-                for (int k = 0; k < terms; k++)
-                    shd_vd_store(sums[c][k] + v,
-                                 shd_vd_load(sums[c][k] + v) + by * shd_vd_load(d[k] + v));
-            }
-        }
+        derive_lanes(&r, to->center, degree, to->channels, sums);
     }
     for (int c = 0; c < to->channels; c++)
         for (int k = 0; k < terms; k++) EACH to->terms[c][k] += sums[c][k][i];
@@ -333,7 +339,9 @@ SHD_INLINE void add_terms(const shd_bunches *bunches, const uint32_t *which, siz
 
 static void add_lights(const shd_bunches *bunches, const uint32_t *which, size_t count,
                        shd_far *to) {
-    if (to->degree > 3)
+    if (to->degree > 4)
+        add_terms(bunches, which, count, 6, to);
+    else if (to->degree > 3)
         add_terms(bunches, which, count, 4, to);
     else
         add_terms(bunches, which, count, 3, to);
@@ -345,12 +353,12 @@ static void add_lights(const shd_bunches *bunches, const uint32_t *which, size_t
  * monomial of h over the factorials of its exponents. */
 SHD_INLINE void weigh_terms(const shd_vd h[3], const shd_vd n[3], int degree,
                             shd_vd q[SHD_FAR_TERMS]) {
-    shd_vd w[20] = {vd(1)};
-#pragma GCC unroll 3
+    shd_vd w[SHD_BUNCH_MOMENTS] = {vd(1)};
+#pragma GCC unroll 5
     for (int g = 1; g < degree; g++)
-#pragma GCC unroll 4
+#pragma GCC unroll 6
         for (int r = 0; r <= g; r++)
-#pragma GCC unroll 4
+#pragma GCC unroll 6
             for (int z = 0; z <= r; z++) {
                 const int x = g - r, y = r - z, c = x ? 0 : y ? 1 : 2;
                 w[shd_monomials_below(g) + shd_monomial(r, z)] =
@@ -359,11 +367,11 @@ SHD_INLINE void weigh_terms(const shd_vd h[3], const shd_vd n[3], int degree,
                             : y ? y
                                 : z));
             }
-#pragma GCC unroll 4
+#pragma GCC unroll 6
     for (int g = 1; g <= degree; g++)
-#pragma GCC unroll 5
+#pragma GCC unroll 7
         for (int r = 0; r <= g; r++)
-#pragma GCC unroll 5
+#pragma GCC unroll 7
             for (int z = 0; z <= r; z++) {
                 const size_t below = shd_monomials_below(g - 1);
                 shd_vd sum = vd(0);
@@ -415,7 +423,9 @@ SHD_INLINE void light_by(const shd_plan *plan, const shd_far *far, int degree, s
 static void light_points(const shd_plan *plan, const shd_far *far, size_t count,
                          const float *const position[3], const float *const low[3],
                          const float *const normal[3], float *const diffuse[3]) {
-    if (far->degree > 3)
+    if (far->degree > 4)
+        light_by(plan, far, 6, count, position, low, normal, diffuse);
+    else if (far->degree > 3)
         light_by(plan, far, 4, count, position, low, normal, diffuse);
     else
         light_by(plan, far, 3, count, position, low, normal, diffuse);

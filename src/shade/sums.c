@@ -111,6 +111,16 @@ void shd_light_quick32(const shd_lighting *lighting, const shd_plan_material *ma
     if (n) sum_points(&job, sums[lighting->plan->isa]);
 }
 
+void shd_light_lamps32(const shd_lighting *lighting, const shd_plan_material *material,
+                       const uint32_t *which, size_t n, const shd_points32 *points,
+                       float *const diffuse[3], float *const *specular, uint8_t *edges,
+                       uint32_t *room) {
+    uint32_t *const others = room + n;
+    const size_t quick = shd_part_quick(lighting, which, n, room, others);
+    shd_light_sums32(lighting, material, others, n - quick, points, diffuse, specular, edges);
+    shd_light_quick32(lighting, material, room, quick, points, diffuse, specular, edges);
+}
+
 /* Whether a light has a shape, or comes from all around. */
 static bool has_shape(const shd_plan *plan, const uint32_t *which, size_t n) {
     for (size_t j = 0; j < n; j++)

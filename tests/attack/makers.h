@@ -13,8 +13,8 @@ maker write_plain, write_many, write_coarse, write_sharp, write_needles, write_s
     write_grazed, write_mirrors;
 
 /* scenes_lights.c */
-maker write_rims, write_slivers, write_lamps, write_thousands, write_inplane, write_near,
-    write_sunset, write_flatly, write_shaped, write_shown;
+maker write_rims, write_slivers, write_lamps, write_thousands, write_crowds, write_inplane,
+    write_near, write_sunset, write_flatly, write_shaped, write_shown;
 
 /* scenes_dressed.c */
 maker write_dressed;

@@ -15,6 +15,8 @@ const family families[] = {
     {"sharp", "shininess up to 1e6", write_sharp, true, false, 0},
     {"lamps", "up to 400 lights", write_lamps, true, false, 0},
     {"thousands", "up to 350 lamps at what is flat or round", write_thousands, false, false, 0},
+    {"crowds", "up to 900 lamps that fall off alike, exponents that are whole numbers",
+     write_crowds, false, false, 0},
     {"needles", "cylinders, cones, boxes and rings down to 1e-5 thin", write_needles, true, false,
      0},
     {"inplane", "planes with lights in them", write_inplane, true, false, 0},

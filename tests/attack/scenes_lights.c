@@ -91,11 +91,13 @@ void write_lamps(FILE *out, uint64_t *random, const char *accuracy) {
 /* Lamps above a plane or a disc, or before something round, that fall off in all ways: so many, and
  * most of them so far, that what they add is told for many together. Some are near, all over or all
  * on one side, and some weak. */
-void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
+/* `crowded`: more of them, that fall off alike, and exponents that are whole numbers. */
+static void write_lamps_of(FILE *out, uint64_t *random, const char *accuracy, bool crowded) {
     static const char *const falls[] = {"[1, 0, 0]", "[0, 0, 1]", "[0, 1, 0]", "[1, 0.2, 0.5]",
                                         "[0.1, 0, 1]"};
     put_frame(out, random, accuracy, (frame){32, 4, NULL, NULL});
-    const int count = (int)decades(random, 100, 350), one = one_of(random, 6);
+    const int count = (int)decades(random, 100, crowded ? 900 : 350),
+              one = one_of(random, crowded ? 5 : 6);
     const double far = decades(random, 4, 200), bright = decades(random, 0.3, 3);
     const bool grey = one_of(random, 2), aside = one_of(random, 3) == 0;
     const bool extreme = one_of(random, 4) == 0;
@@ -140,13 +142,15 @@ void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
     else
         fputs("{", out), put_shape(out, random, 1);
     if (one_of(random, 3)) {
-        const double dull = between(random, 0.1, 1);
+        const double dull = between(random, 0.1, 1),
+                     shine = one_of(random, 2) ? between(random, 0, 0.5) : 0,
+                     power = decades(random, crowded ? 6 : 1, crowded ? 80 : 1000);
         fprintf(out,
                 "\"material\": {\"diffuse\": [%.17g, %.17g, %.17g], \"specular\": %.17g, "
                 "\"shininess\": "
                 "%.17g}",
-                pure == 0 ? 0 : dull, pure == 1 ? 0 : dull, pure == 2 ? 0 : dull,
-                one_of(random, 2) ? between(random, 0, 0.5) : 0, decades(random, 1, 1000));
+                pure == 0 ? 0 : dull, pure == 1 ? 0 : dull, pure == 2 ? 0 : dull, shine,
+                crowded ? floor(power) : power);
     } else {
         put_material(out, random, 1, 300);
     }
@@ -164,6 +168,14 @@ void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
         fputs("}", out);
     }
     put_end(out, random);
+}
+
+void write_thousands(FILE *out, uint64_t *random, const char *accuracy) {
+    write_lamps_of(out, random, accuracy, false);
+}
+
+void write_crowds(FILE *out, uint64_t *random, const char *accuracy) {
+    write_lamps_of(out, random, accuracy, true);
 }
 
 /* Lights in planes, to within rounding: in that of a flat face of a turned and moved object. */

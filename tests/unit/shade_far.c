@@ -11,6 +11,10 @@
 
 #include "shade/far.h"
 
+/* Of potentials. */
+enum { DEGREES = 3 };
+static const int degrees[DEGREES] = {3, 4, 6};
+
 static double uniform(uint64_t *random, double low, double high) {
     *random = *random * 6364136223846793005u + 1442695040888963407u;
     return low + (high - low) * ((double)(*random >> 11) * 0x1p-53);
@@ -72,7 +76,7 @@ static void what_is_left_out_is_bounded(void **state) {
             distance * (round / KINDS % 2 ? 0.399 : pow(10, uniform(&random, -3, -0.3)));
         const shd_plan plan = {.scale = ldexp(1, -ilogb(radius))};
         const shd_plan_light light = any_light(&random, kind, distance);
-        const int degree = 3 + round / KINDS / 2 % 2;
+        const int degree = degrees[round / KINDS / 2 % DEGREES];
         const double rest = shd_far_rest(&light, distance, radius, degree);
         if (!(rest < INFINITY)) continue;
         shd_far far = {.channels = 1, .degree = degree};
@@ -166,8 +170,9 @@ static void bunches_are_their_lights_together(void **state) {
         shd_plan_light middle = *fall;
         middle.position = root->center;
         const double away = shd_length(root->center),
-                     rest = shd_far_rest(&middle, away, radius + root->radius, 3 + round % 2);
-        shd_far far = {.channels = 3, .degree = 3 + round % 2};
+                     rest = shd_far_rest(&middle, away, radius + root->radius,
+                                         degrees[round / 2 % DEGREES]);
+        shd_far far = {.channels = 3, .degree = degrees[round / 2 % DEGREES]};
         shd_far_add_bunch(bunches, root, &far);
         assert_int_equal(far.lights, CROWD);
         for (int i = 0; rest < INFINITY && i < POINTS; i++) {
@@ -215,7 +220,7 @@ static void kernels_agree_about_lights(void **state) {
                                .glitter = {cos(0.5), sin(0.5)},
                                .diffuse = {1, round & 1 ? 0 : 0.5, 0.2},
                                .lobe_count = 1,
-                               .degree = 3 + round % 2,
+                               .degree = degrees[round / 2 % DEGREES],
                                .shininess = {40},
                                .specular = {{0.1, 0.2, 0.3}}};
         uint32_t places[CROWD];
@@ -294,7 +299,7 @@ static void bunches_are_looked_at_for_all_their_lights(void **state) {
                                      .spread = {cos(0.3), sin(0.3)},
                                      .glitter = {-1, 0},
                                      .diffuse = {1, 0.5, 0.2},
-                                     .degree = 3 + round % 2};
+                                     .degree = degrees[round / 2 % DEGREES]};
         uint32_t all[CROWD];
         shd_far_look looks[SHD_ISA_COUNT][CROWD];
         assert_true(bunches->count <= CROWD);
@@ -356,7 +361,8 @@ static void bunches_are_looked_at_for_all_their_lights(void **state) {
 static void what_is_told_can_be_shifted(void **state) {
     (void)state;
     uint64_t random = 3;
-    for (int degree = 3; degree < 5; degree++) {
+    for (int d = 0; d < DEGREES; d++) {
+        const int degree = degrees[d];
         const shd_plan plan = {.scale = 1};
         const shd_plan_light light = any_light(&random, 3, 2);
         shd_far from = {.channels = 3, .degree = degree, .center = {0.1, 0.2, -0.3}},
@@ -402,7 +408,7 @@ static void extremes_are_numbers(void **state) {
                                      .glitter = {cos(0.5), sin(0.5)},
                                      .diffuse = {0, round & 1 ? 0 : 1e100, ends[round % 7]},
                                      .lobe_count = 1,
-                                     .degree = 3 + round % 2,
+                                     .degree = degrees[round / 2 % DEGREES],
                                      .shininess = {ends[round % 6]},
                                      .specular = {{0, 1, 1e60}}};
         uint32_t places[CROWD];

@@ -375,6 +375,14 @@ static void weigh_channels(const seeker *s, double weight[3]) {
     }
 }
 
+/* Of how many lights of each channel polynomials of a high degree pay, which tell more of them. */
+enum { MANY = 512 };
+
+static int degree_of(const shd_bunches *bunches, int channels, int level) {
+    static const int few[SHD_AFAR_LEVELS] = {4, 3, 3}, many[SHD_AFAR_LEVELS] = {6, 6, 4};
+    return (bunches->light_count >= MANY * (size_t)channels ? many : few)[level];
+}
+
 void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, const shd_patch *patch,
                    size_t points, int level, const shd_afar *whole, shd_afar_scratch *scratch,
                    shd_afar *out) {
@@ -390,8 +398,11 @@ void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, cons
                 .parts = level + 1 < SHD_AFAR_LEVELS,
                 .scratch = scratch,
                 .out = out};
-    out->far = (shd_far){
-        .center = patch->center, .channels = plan->grey_lights ? 1 : 3, .degree = level ? 3 : 4};
+    out->far.center = patch->center;
+    out->far.channels = plan->grey_lights ? 1 : 3;
+    out->far.degree = degree_of(bunches, out->far.channels, level);
+    out->far.lights = 0;
+    memset(out->far.terms, 0, (size_t)out->far.channels * sizeof *out->far.terms);
     if (whole)
         memcpy(out->weight, whole->weight, sizeof out->weight);
     else
@@ -460,8 +471,7 @@ void shd_afar_lay_out(const shd_plan *plan, size_t points, shd_scratch *memory,
     out->now = shd_scratch_take(memory, plan->bunches->count, sizeof *out->now);
     out->next = shd_scratch_take(memory, plan->bunches->count, sizeof *out->next);
     out->dull = shd_scratch_take(memory, lights, sizeof *out->dull);
-    out->quick = shd_scratch_take(memory, lights, sizeof *out->quick);
-    out->others = shd_scratch_take(memory, lights, sizeof *out->others);
+    out->sorted = shd_scratch_take(memory, 2 * lights, sizeof *out->sorted);
     out->steps = shd_scratch_take(memory, lights, sizeof *out->steps);
     out->looks = shd_scratch_take(memory, lights, sizeof *out->looks);
     out->bits = shd_scratch_take(memory, (lights + 63) / 64, sizeof *out->bits);

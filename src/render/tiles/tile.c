@@ -9,6 +9,7 @@
 #include "render/tiles/far.h"
 #include "render/tiles/film.h"
 #include "render/tiles/gather.h"
+#include "render/tiles/patch.h"
 #include "render/tiles/radiance.h"
 #include "render/tiles/shots.h"
 #include "render/tiles/smooth.h"
@@ -168,14 +169,13 @@ static void sum_lights(const shd_scenery *scenery, const lit_run *l, size_t plan
         points.mirror[c] = l->hits->mirror32[c] + l->first;
     }
     memset(s->edges, 0, l->count);
-    uint32_t *const quick = s->afar.quick, *const others = s->afar.others;
-    const size_t some =
-        l->quick ? shd_part_quick(scenery->lighting, l->which, l->lights, quick, others) : 0;
-    shd_light_sums32(scenery->lighting, l->material, l->quick ? others : l->which, l->lights - some,
-                     &points, l->material->has_diffuse ? s->outs : NULL, s->outs + 3, s->edges);
-    if (some)
-        shd_light_quick32(scenery->lighting, l->material, quick, some, &points, s->outs,
-                          s->outs + 3, s->edges);
+    float *const *diffuse = l->material->has_diffuse ? s->outs : NULL;
+    if (l->quick)
+        shd_light_lamps32(scenery->lighting, l->material, l->which, l->lights, &points, s->outs,
+                          s->outs + 3, s->edges, s->afar.sorted);
+    else
+        shd_light_sums32(scenery->lighting, l->material, l->which, l->lights, &points, diffuse,
+                         s->outs + 3, s->edges);
     light_edges(scenery, l, s);
     if (plane == 0 && s->afar.dull_count) add_dull(scenery, l, &points, s);
     if (plane == 0 && s->far && s->far->lights)
@@ -209,44 +209,12 @@ static void light_exactly(const shd_scenery *scenery, const lit_run *l, size_t p
     }
 }
 
-/* A sphere around the run's points, and a cone around their normals. */
-static shd_patch patch_of(const shd_scenery *scenery, const lit_run *l) {
-    const shd_plan *plan = scenery->plan;
-    const float *position[3], *normal[3];
-    for (int c = 0; c < 3; c++) {
-        position[c] = l->hits->position32[c] + l->first;
-        normal[c] = l->hits->normal32[c] + l->first;
-    }
-    float low[3], high[3], sum[3];
-    scenery->paint->bound(position, normal, l->count, low, high, sum);
-    double center[3], square = 0;
-    for (int c = 0; c < 3; c++) {
-        /* The points are where they were before they were rounded to f32. */
-        const double reach = fmax(fabs((double)low[c]), fabs((double)high[c])),
-                     half = ((double)high[c] - (double)low[c]) / 2 + 0x1p-24 * reach;
-        center[c] = ((double)low[c] + (double)high[c]) / 2;
-        square += half * half;
-    }
-    const double world = 1 / plan->scale;
-    shd_patch patch = {
-        .center = shd_madd(plan->origin, (shd_vec3){center[0], center[1], center[2]}, world),
-        .radius = sqrt(square) * world,
-        .axis = {0, 0, 1},
-        .cos_spread = -1};
-    const shd_vec3 total = {(double)sum[0], (double)sum[1], (double)sum[2]};
-    if (!shd_normalize(total, &patch.axis)) return patch;
-    const float axis[3] = {(float)patch.axis.x, (float)patch.axis.y, (float)patch.axis.z};
-    /* Normals, the axis and their product are each rounded to f32. */
-    patch.cos_spread = (double)scenery->paint->spread(normal, axis, l->count) - 0x1p-21;
-    return patch;
-}
-
 /* Leaves out lights that do not reach the run's points, or are too weak. */
 static void cull_lights(const shd_scenery *scenery, lit_run *l, shd_tile_scratch *s) {
     enum { FEW = 2 }; /* lights that cost less than looking at the points */
     const shd_plan *plan = scenery->plan;
     if (plan->tier == SHD_EXACT || l->lights <= FEW) return;
-    const shd_patch patch = patch_of(scenery, l);
+    const shd_patch patch = shd_patch_of(scenery, l->hits, l->first, l->count);
     const size_t object = (size_t)l->hits->object[l->first];
     const size_t count = shd_plan_cull(plan, &patch, l->which, l->lights, s->which);
     const double share = l->quick ? 1 - SHD_QUICK_SHARE : 1,
@@ -309,7 +277,8 @@ static void light_rest(const shd_scenery *scenery, const lit_run *l, const shd_p
  * looking at each light. `whole`: what was found of what it is part of, or NULL. */
 static void light_from_afar(const shd_scenery *scenery, const lit_run *l, const shd_chunk *chunk,
                             int level, const shd_afar *whole, shd_tile_scratch *s) {
-    enum { FEW = 24 /* lights */, ALONE = 32 /* points */ };
+    enum { FEW = 24 /* lights */, ALONE = 32, SMALL = 256 /* points */ };
+    static const double BENT = 0.9;
     static const size_t least[SHD_AFAR_LEVELS] = {256, 128, 1}; /* points that it pays for */
     const int last = SHD_AFAR_LEVELS - 1;
     const shd_plan *plan = scenery->plan;
@@ -318,8 +287,16 @@ static void light_from_afar(const shd_scenery *scenery, const lit_run *l, const 
         return;
     }
     shd_afar *found = &s->afar.levels[level];
+    const bool small = !whole && l->quick && l->count <= SMALL;
+    if (small || l->count >= least[level]) {
+        const shd_patch patch = shd_patch_of(scenery, l->hits, l->first, l->count);
+        if (small && patch.cos_spread < BENT) {
+            sum_lights(scenery, l, 0, s);
+            return;
+        }
+    }
     if (l->count >= least[level]) {
-        const shd_patch patch = patch_of(scenery, l);
+        const shd_patch patch = shd_patch_of(scenery, l->hits, l->first, l->count);
         if (level == last || patch.cos_spread > 0) {
             shd_afar_find(plan, l->material, &patch, l->count, level, whole, &s->afar, found);
             whole = found;
