@@ -12,10 +12,15 @@
 #include <pthread.h>
 #include <time.h>
 #include <unistd.h>
-#include <valgrind/callgrind.h>
 
 #include "image/image.h"
 #include "property/pieces.h"
+
+#if __has_include(<valgrind/callgrind.h>)
+#include <valgrind/callgrind.h>
+#else
+#define CALLGRIND_START_INSTRUMENTATION /* another machine's, which is emulated */
+#endif
 
 /* ---- Looks at the flag, which the linker sends here. ---- */
 
