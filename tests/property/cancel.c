@@ -18,8 +18,9 @@
 
 #if __has_include(<valgrind/callgrind.h>)
 #include <valgrind/callgrind.h>
-#else
-#define CALLGRIND_START_INSTRUMENTATION /* another machine's, which is emulated */
+#else /* another machine's, which is emulated */
+#define CALLGRIND_START_INSTRUMENTATION
+#define VALGRIND_MONITOR_COMMAND(command) (void)(command)
 #endif
 
 /* ---- Looks at the flag, which the linker sends here. ---- */
