@@ -57,7 +57,8 @@ void shd_color_lease_drop(shd_color_lease *lease); /* NULL is fine */
 /* From here on transforms, and the files that the configuration refers to, count in `budget` (NULL:
  * no one's), and a sixteenth of it, 64 MB at most, may be kept of transforms that nobody holds;
  * before, none are. `first`, unless it is NULL, has joined before, lives longer, and keeps those of
- * both. SHD_CONFIG: there is no room for the files. Call it once, before other threads ask. */
+ * both. SHD_CONFIG: there is no room for the files, or for what loading made. Call it once, before
+ * other threads ask. */
 shd_status shd_color_config_join(shd_color_config *config, shd_budget *budget,
                                  const shd_color_config *first, shd_error *error);
 

@@ -33,8 +33,9 @@ class shd_color_account {
     shd_color_account() = default;
     shd_color_account(const shd_color_account &) = delete;
     ~shd_color_account();
-    bool take(shd_budget *from, size_t bytes); // once, at most; false: it refuses
-    void add(size_t bytes);                    // in any case
+    // False: it refuses. Again only where that one was null, and nothing was added.
+    bool take(shd_budget *from, size_t bytes);
+    void add(size_t bytes); // in any case
     size_t bytes() const { return held; }
 
   private:
@@ -76,6 +77,7 @@ class shd_color_shelf {
     // What is there for `key` now: `made`, or what another thread has put. Null: the budget
     // refuses.
     shd_color_shared put(const std::string &key, shd_color_shared made);
+    bool put_all(shd_color_shelf &from);   // false: the budget refuses some of it
     size_t trim(size_t bytes);             // makes that many go, if there are; tells how many went
     void tidy();                           // after something was let go
     void clear(const std::string &prefix); // of keys
@@ -114,8 +116,9 @@ struct shd_color_config {
 
     std::string number; // what keys begin with: tells its transforms from those of others
     std::shared_ptr<shd_color_shelf> shelf;
-    size_t file_bytes = 0;     // of what it refers to, which OpenColorIO keeps
-    shd_color_account account; // of these
+    shd_color_lease *kept = nullptr; // of what loading makes
+    size_t file_bytes = 0;           // of what it refers to, which OpenColorIO keeps
+    shd_color_account account;       // of these
 
     std::mutex mutex; // of what follows; held while a transform is made
     std::map<std::string, shd_color_info> measured; // by space

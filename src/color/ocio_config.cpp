@@ -323,37 +323,23 @@ void check(shd_color_config *config, bool archived, std::set<std::string> *files
     *files = shd_ocio_walk(ocio, archived);
 }
 
-// Builds every processor once.
+// Builds every transform, and keeps it: its files may be others by the time that somebody asks.
 void make_all(shd_color_config *config) {
     const shd_catalog &catalog = config->catalog;
     const char *working = catalog.scene_linear->name;
     const shd_color_transform *made;
     shd_error error;
-    const auto fails = [&](auto make) {
-        shd_color_lease *lease = nullptr;
-        const shd_status status = make(&lease);
-        shd_color_lease_drop(lease);
-        return status != SHD_OK;
-    };
-    const auto to_space_fails = [&](const char *from, const char *to) {
-        return fails([&](shd_color_lease **lease) {
-            return shd_color_to_space(config, from, to, lease, &made, &error);
-        });
-    };
-    const auto to_view_fails = [&](const char *display, const char *view) {
-        return fails([&](shd_color_lease **lease) {
-            return shd_color_to_view(config, working, display, view, lease, &made, &error);
-        });
-    };
+    shd_color_lease **kept = &config->kept;
     for (size_t i = 0; i < catalog.space_count; i++) {
         const char *name = catalog.spaces[i].name;
-        if (to_space_fails(working, name) || to_space_fails(name, working))
+        if (shd_color_to_space(config, working, name, kept, &made, &error) ||
+            shd_color_to_space(config, name, working, kept, &made, &error))
             throw std::runtime_error("color space '" + std::string(name) + "': " + error.text);
     }
     for (size_t i = 0; i < catalog.display_count; i++)
         for (size_t j = 0; j < catalog.displays[i].view_count; j++) {
             const char *display = catalog.displays[i].name, *view = catalog.displays[i].views[j];
-            if (to_view_fails(display, view))
+            if (shd_color_to_view(config, working, display, view, kept, &made, &error))
                 throw std::runtime_error("display '" + std::string(display) + "', view '" + view +
                                          "': " + error.text);
         }

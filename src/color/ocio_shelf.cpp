@@ -88,6 +88,12 @@ shd_color_shared shd_color_shelf::put(const std::string &key, shd_color_shared m
     return made;
 }
 
+bool shd_color_shelf::put_all(shd_color_shelf &from) {
+    for (const Entry &entry : from.entries)
+        if (!put(entry.first, entry.second)) return false;
+    return true;
+}
+
 size_t shd_color_shelf::trim(size_t bytes) {
     std::list<Entry> out;
     std::lock_guard<std::mutex> lock(mutex);
@@ -130,6 +136,7 @@ shd_color_config::shd_color_config() : shelf(std::make_shared<shd_color_shelf>(n
 }
 
 shd_color_config::~shd_color_config() {
+    delete kept;
     shelf->clear(number);
 }
 
@@ -137,13 +144,15 @@ shd_status shd_color_config_join(shd_color_config *config, shd_budget *budget,
                                  const shd_color_config *first, shd_error *error) {
     return guarded(SHD_CONFIG, "", error, [&] {
         const uint64_t share = shd_budget_most(budget) / 16;
+        const std::shared_ptr<shd_color_shelf> loading = config->shelf;
         config->shelf = first ? first->shelf
                               : std::make_shared<shd_color_shelf>(
                                     budget, share < most_bytes ? share : most_bytes);
-        if (config->account.take(budget, config->file_bytes)) return SHD_OK;
+        if (config->kept) config->kept->shelf = config->shelf;
+        if (config->shelf->put_all(*loading) && config->account.take(budget, config->file_bytes))
+            return SHD_OK;
         return shd_fail(error, SHD_CONFIG, "",
-                        "its files have %zu bytes, for which `memory` leaves no room",
-                        config->file_bytes);
+                        "its transforms and files do not fit into what `memory` leaves");
     });
 }
 

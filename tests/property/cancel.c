@@ -12,10 +12,16 @@
 #include <pthread.h>
 #include <time.h>
 #include <unistd.h>
-#include <valgrind/callgrind.h>
 
 #include "image/image.h"
 #include "property/pieces.h"
+
+#if __has_include(<valgrind/callgrind.h>)
+#include <valgrind/callgrind.h>
+#else /* another machine's, which is emulated */
+#define CALLGRIND_START_INSTRUMENTATION
+#define VALGRIND_MONITOR_COMMAND(command) (void)(command)
+#endif
 
 /* ---- Looks at the flag, which the linker sends here. ---- */
 
