@@ -6,6 +6,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "import/respell.h"
+
 FILE *shd_open_regular(const char *path) {
     const int descriptor = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
     struct stat info;
@@ -56,6 +58,7 @@ static enum aiReturn seek_place(struct aiFile *file, size_t offset, enum aiOrigi
 static struct aiFile *open_file(struct aiFileIO *io, const char *path, const char *mode) {
     (void)io;
     FILE *stream = *mode == 'r' && !strchr(mode, '+') ? shd_open_regular(path) : NULL;
+    if (stream) stream = shd_respell(stream, path);
     struct aiFile *file = stream ? malloc(sizeof *file) : NULL;
     if (file)
         *file = (struct aiFile){.ReadProc = read_items,

@@ -126,9 +126,31 @@ static void read_map(const reading *r, const char *statement, char *line) {
     if (map.file) mtl->maps[mtl->count++] = map;
 }
 
+/* Past a word that a line goes on with. NULL: it is another one. */
+static const char *pass_over(const char *line, const char *word) {
+    const size_t length = strlen(word);
+    line += strspn(line, blanks);
+    return !strncasecmp(line, word, length) && strspn(line + length, blanks) ? line + length : NULL;
+}
+
+const char *shd_mtl_beyond(const char *line) {
+    static const char *const statements[] = {"decal", "aniso", "anisor"};
+    static const char *const colors[] = {"Ka", "Kd", "Ks", "Ke", "Tf"};
+    for (size_t i = 0; i < sizeof statements / sizeof *statements; i++)
+        if (pass_over(line, statements[i])) return statements[i];
+    for (size_t i = 0; i < sizeof colors / sizeof *colors; i++) {
+        const char *rest = pass_over(line, colors[i]);
+        if (rest && (pass_over(rest, "spectral") || pass_over(rest, "xyz")))
+            return "color that is no RGB";
+    }
+    return NULL;
+}
+
 static void read_statement(reading *r, char *line) {
-    static const char *const unknown[] = {"Pr",  "Pm",    "Ps",     "Pc",
-                                          "Pcr", "aniso", "anisor", "sharpness"};
+    static const char *const unknown[] = {"Pr", "Pm", "Ps", "Pc", "Pcr", "sharpness", "refl"};
+    const char *beyond = shd_mtl_beyond(line);
+    if (beyond && r->material)
+        shd_lose(r->losses, "material \"%s\": its %s is left out", r->material, beyond);
     const char *statement = take_word(&line);
     if (!statement || *statement == '#') return;
     if (!strcasecmp(statement, "newmtl")) {

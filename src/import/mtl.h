@@ -22,3 +22,7 @@ void shd_mtl_read(const char *path, shd_mtl *out, shd_losses *losses);
 
 /* A material's last statement of that name. NULL: it has none. */
 const shd_mtl_map *shd_mtl_find(const shd_mtl *mtl, const char *material, const char *statement);
+
+/* What a line of such a file states that nobody reads, "Kd spectral" for instance. NULL: it states
+ * something else. */
+const char *shd_mtl_beyond(const char *line);

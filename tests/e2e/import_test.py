@@ -559,6 +559,18 @@ class Textures(Case):
         _, said = self.load("model.gltf", textured(material, images=[clear]), "--assets", "assets")
         self.assertIn("factor of its opacity, 0.5, is left out", said)
 
+    def test_statements_of_old_files_spoil_none(self):
+        (self.folder / "model.mtl").write_text(
+            "newmtl a\nKa spectral a.rfl 1\nKd .5 .25 1\nKs xyz 0.1 0.2 0.3\nNs .5\nillum 2\nd -halo .75\n"
+            "decal a.png\naniso 0.5\nanisor 0\nrefl -type sphere a.png\nnewmtl b\nKd 1 0 0\n")
+        scene, said = self.load("model.obj", "mtllib model.mtl\nv .5 .25 -.5 1.0\r\nv 1 .5 0\nv 0 1 .5\nvt .5 .25\n"
+                                "vn .5 .0 1\nusemtl a\nf 1/1/1 2/1/1 3/1/1\nusemtl b\nf 1 2 3\n")
+        a = scene["materials"]["a"]
+        self.assertEqual((a["diffuse"], a["opacity"]), ([0.5, 0.25, 1], 0.75))
+        for what in "color that is no RGB", "decal", "aniso", "anisor", "refl":
+            self.assertIn(f'material "a": its {what} is left out', said)
+        self.assertEqual(next(iter(scene["meshes"].values()))["positions"], [0.5, 0.25, -0.5, 1, 0.5, 0, 0, 1, 0.5])
+
     def test_mtl_names_files(self):
         (self.folder / "a b.png").write_bytes(LEFT_RED)
         (self.folder / "c.png").write_bytes(HALF_METAL)
