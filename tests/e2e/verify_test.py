@@ -109,7 +109,8 @@ class VerifyTest(unittest.TestCase):
                 self.verify(picture, path, "--pixels", PIXELS, "--tolerance", 2)
 
     def test_a_scene_without_bounds_tells_nothing(self):
-        scene = {**SCENE, "objects": [{"type": "sphere", "material": {"diffuse": 1e30}}], "lights": [{"position": [1, 1, 1, 0], "intensity": 1e30}]}
+        scene = {**SCENE, "objects": [{"type": "box", "size": [4, 4, 4], "material": {"diffuse": 1e30}}],
+                 "lights": [{"position": [1, 1, 1, 0], "intensity": 1e30}]}
         picture, path = self.render(scene, "png")
         done = self.shade("verify", picture, path)
         told = json.loads(done.stdout)
