@@ -277,10 +277,13 @@ typedef struct shd_verify_options {
     double tolerance; /* what a lossy format may lose, in codes. Negative: it is measured */
 } shd_verify_options;
 
+/* SHD_UNDECIDED: none of the pixels has a bound, so that nothing could be held against it. */
+typedef enum shd_verdict { SHD_VERIFIED, SHD_REFUTED, SHD_UNDECIDED } shd_verdict;
+
 shd_status shd_request_verify(shd_request *request, const char *path, shd_format format,
                               const shd_verify_options *options,
-                              const shd_render_options *render_options, bool *verified, char **json,
-                              shd_error *error);
+                              const shd_render_options *render_options, shd_verdict *verdict,
+                              char **json, shd_error *error);
 
 /* How far apart two pictures are, for an eye that sees them side by side, and in turns. */
 typedef struct shd_apart {

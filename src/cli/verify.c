@@ -13,11 +13,11 @@ static int verify_request(shd_request *request, const char *picture, shd_format 
     const shd_render_options render = {.progress = on_progress, .context = request};
     shd_error error;
     char *json = NULL;
-    bool verified;
+    shd_verdict verdict;
     cli_catch_interrupts();
     cli_progress_begin();
     const shd_status status = shd_request_verify(request, picture, format, &options->verify,
-                                                 &render, &verified, &json, &error);
+                                                 &render, &verdict, &json, &error);
     cli_progress_end();
     cli_end_if_interrupted();
     if (status != SHD_OK) {
@@ -29,8 +29,11 @@ static int verify_request(shd_request *request, const char *picture, shd_format 
     json[length] = '\n'; /* replaces the final 0, which nobody needs any more */
     const bool written = cli_write_stdout(json, length + 1);
     free(json);
-    if (!verified) cli_say("%s is not the picture of %s", picture, cli_name_of(scene));
-    return written && verified ? CLI_DONE : CLI_FAILED;
+    if (verdict == SHD_REFUTED) cli_say("%s is not the picture of %s", picture, cli_name_of(scene));
+    if (verdict == SHD_UNDECIDED)
+        cli_say("%s may be the picture of %s: no bound is known to hold it against", picture,
+                cli_name_of(scene));
+    return written && verdict == SHD_VERIFIED ? CLI_DONE : CLI_FAILED;
 }
 
 int cli_verify(const char *picture, const char *scene, const cli_options *options) {

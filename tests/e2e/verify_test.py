@@ -108,6 +108,15 @@ class VerifyTest(unittest.TestCase):
                 self.assertTrue(failure["least"] <= was <= failure["most"])
                 self.verify(picture, path, "--pixels", PIXELS, "--tolerance", 2)
 
+    def test_a_scene_without_bounds_tells_nothing(self):
+        scene = {**SCENE, "objects": [{"type": "box", "size": [4, 4, 4], "material": {"diffuse": 1e30}}],
+                 "lights": [{"position": [1, 1, 1, 0], "intensity": 1e30}]}
+        picture, path = self.render(scene, "png")
+        done = self.shade("verify", picture, path)
+        told = json.loads(done.stdout)
+        self.assertEqual((done.returncode, told["checked"], told["unbounded"]), (1, 0, 400))
+        self.assertIn("may be the picture", done.stderr)
+
     def test_a_dithered_picture_that_is_a_code_brighter(self):
         picture, path = self.render({**SCENE, "output": {"dither": True}}, "png")
         Image.fromarray(np.asarray(Image.open(picture)) + np.uint8(1)).save(picture)

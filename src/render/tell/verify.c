@@ -363,13 +363,13 @@ static shd_status verify(shd_request *request, const char *path, shd_format form
 
 shd_status shd_request_verify(shd_request *request, const char *path, shd_format format,
                               const shd_verify_options *options,
-                              const shd_render_options *render_options, bool *verified, char **json,
-                              shd_error *error) {
+                              const shd_render_options *render_options, shd_verdict *verdict,
+                              char **json, shd_error *error) {
     verifying *v = shd_arena_zalloc(request->rendering.arena, 1, sizeof *v);
     if (!v) return shd_fail(error, SHD_EXHAUSTED, "", "out of memory");
     const shd_status status =
         verify(request, path, format, options, render_options, v, json, error);
-    *verified = status == SHD_OK && v->checked && !v->failed;
+    *verdict = v->failed ? SHD_REFUTED : v->checked ? SHD_VERIFIED : SHD_UNDECIDED;
     json_decref(v->failures);
     free(v->samples.values);
     return shd_request_blame(request, status, error);
