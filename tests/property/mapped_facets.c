@@ -31,8 +31,8 @@ static const char *const models[] = {
     "\"model\": \"oren-nayar\", \"sigma\": 25",
     "\"model\": \"cook-torrance\", \"lobes\": [{\"roughness\": 0.3}]",
     "\"model\": \"westin\", \"microgeometry\": {\"type\": \"grooves\"}",
-    "\"specular\": 0.6, \"shininess\": 9, \"specularAntialiasing\": true, \"emissive\": "
-    "{\"pattern\": \"checker\", \"colors\": [0.2, 0.7], \"uv\": {\"scale\": 3}}",
+    "\"specular\": 0.6, \"shininess\": 9, \"specularAntialiasing\": true",
+    "\"emissive\": {\"pattern\": \"checker\", \"colors\": [0.2, 0.7]}, \"specular\": 0.2",
 };
 
 #define POINTS                                                                                     \
