@@ -160,7 +160,7 @@ static void microgeometry_has_patterns(void **state) {
     "\"" of "\": {\"pattern\": \"gradient\", \"colors\": [%s, %s], \"uv\": {\"rotate\": 60, "      \
     "\"scale\": [3, 2], \"wrap\": \"mirror\"}}"
     static const char facets[] =
-        "\"model\": \"westin\", \"microgeometry\": {\"type\": \"weave\"}, ";
+        "\"model\": \"westin\", \"microgeometry\": {\"type\": \"grooves\"}, ";
     char *glow = text_of("\"diffuse\": 0, " FADES("emissive"), "0", "1"),
          *fades = text_of("%s" FADES("diffuse"), facets, "0.1", "0.9"),
          *text[2] = {text_of(format, glow), text_of(format, fades)};
