@@ -3,6 +3,7 @@
 
 #include "plan/around.h"
 #include "plan/cost.h"
+#include "plan/textures.h"
 
 /* Nanoseconds of a light at a hit, of the processor that kernel_costs.h names:
  * `tests/bench/costs.py --beyond` measures pictures beside what these make of them. */
@@ -19,6 +20,10 @@ static const double models[SHD_MODEL_COUNT] = {
     [SHD_MODEL_COOK_TORRANCE] = 10, [SHD_MODEL_WESTIN] = 90,
 };
 static const light_cost points = {25, 15}; /* alone */
+
+/* How many times as dear microgeometry is without its kernels, which know of one color of facets.
+ */
+static const double VARIED = 8;
 
 /* The same in f32, by instructions beside those of Phong's model. */
 static const double models32[SHD_MODEL_COUNT] = {[SHD_MODEL_BLINN_PHONG] = 0.6,
@@ -87,7 +92,8 @@ double shd_beyond_cost(const shd_plan *plan, const shd_plan_material *m,
     const double shared = shadows ? SHARED : 0;
     if (plan->models32 && tier != SHD_EXACT) return vectors + models32[m->model];
     if (light->environment) return around_cost(plan, m, light);
-    if (light->shape) return shared + shape_cost(m, light->shape, way);
-    if (way == VECTORS) return shared + vectors + models[m->model];
+    const double varied = shd_facet_slot(m) ? VARIED : 1;
+    if (light->shape) return shared + varied * shape_cost(m, light->shape, way);
+    if (way == VECTORS) return shared + vectors + varied * models[m->model];
     return points.light + (double)m->lobe_count * points.lobe + models[m->model];
 }

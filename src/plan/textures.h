@@ -72,6 +72,15 @@ static inline void shd_texture_part(const shd_texture *texture, size_t part, dou
     }
 }
 
+/* The texture of what the facets of microgeometry reflect, which is no factor of its light: that is
+ * another one at each point. NULL: there is none. */
+static inline const shd_plan_slot *shd_facet_slot(const shd_plan_material *m) {
+    const size_t count = m->model == SHD_MODEL_WESTIN && m->textures ? m->textures->slot_count : 0;
+    for (size_t e = 0; e < count; e++)
+        if (m->textures->slots[e].of == SHD_SLOT_TERM) return &m->textures->slots[e];
+    return NULL;
+}
+
 static inline size_t shd_material_slots(const shd_plan_material *m) {
     return m->textures ? m->textures->slot_count : 0;
 }

@@ -358,14 +358,15 @@ void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *o
                   "in a spectral scene an opacity that is a pattern or a picture is one number: "
                   "give greys, or a `channel`");
     if (material->model != SHD_MODEL_WESTIN) return;
+    if (material->diffuse_texture && object->interpolation != SHD_PHONG)
+        shd_wrong(r, node,
+                  "the facets of a westin material with a pattern or picture need interpolation "
+                  "phong: they light each other, so that `diffuse` is no factor of the light that "
+                  "faces or corners have");
     /* Parts of a spectral scene's material have no table. */
-    if (material->diffuse_texture)
+    if (r->scene->spectral.channels &&
+        (material->diffuse_texture || material->emissive_texture || material->ambient_texture))
         shd_wrong(r, node,
-                  "the facets of a westin material have no pattern or picture: they light each "
-                  "other, so that `diffuse` is no factor of what is seen");
-    else if (r->scene->spectral.channels &&
-             (material->emissive_texture || material->ambient_texture))
-        shd_wrong(r, node,
-                  "the facets of a westin material have no pattern or picture beside them in a "
-                  "spectral scene");
+                  "a westin material has no pattern or picture in a spectral scene: its "
+                  "microgeometry is no sum of those of other colors");
 }

@@ -181,6 +181,8 @@ static shd_surface surface_of(const shd_points64 *points, size_t i,
                       .object = (size_t)points->object[i],
                       .sharp = points->sharp,
                       .sharp_at = points->sharp_at + i,
+                      .facets = points->facets,
+                      .facets_at = i,
                       .known = points->known,
                       .known_at = points->known_at + i};
     if (points->triangle) at.triangle = points->triangle[i];

@@ -2,6 +2,7 @@
 
 #include <assert.h>
 
+#include "plan/textures.h"
 #include "shade/brdf.h"
 #include "shade/exact.h"
 #include "shade/extended.h"
@@ -194,8 +195,8 @@ static bool pack_mixes(const shd_plan *plan, shd_arena *arena, const shd_packed_
     return all;
 }
 
-/* Tables that have their colors, 0.6 MB for each channel: further materials do without. NULL:
- * memory is short. */
+/* Tables that have their colors, 0.6 MB for each channel: further materials do without, as those do
+ * whose facets have a texture. NULL: memory is short. */
 static const shd_westin_colored *color_tables(const shd_plan *plan, shd_arena *arena) {
     enum { MOST_CHANNELS = 24 };
     const size_t count = plan->westin ? plan->scene->material_count : 0;
@@ -203,7 +204,7 @@ static const shd_westin_colored *color_tables(const shd_plan *plan, shd_arena *a
     size_t used = 0;
     for (size_t m = 0; all && m < count; m++) {
         const shd_westin *table = plan->westin[m];
-        if (!table) continue;
+        if (!table || shd_facet_slot(&plan->materials[m])) continue;
         const double *kd = plan->materials[m].from->diffuse;
         const size_t channels = kd[0] == kd[1] && kd[1] == kd[2] ? 1 : 3;
         if (used + channels > MOST_CHANNELS || shd_is_cancelled(plan->cancelled)) break;

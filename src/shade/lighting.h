@@ -61,6 +61,9 @@ typedef struct shd_points64 {
      * own. */
     const double *const *sharp;
     size_t sharp_at;
+    /* [channel][point]: what the facets of microgeometry reflect there; NULL: what the material's
+     * do */
+    const double *const *facets;
     const shd_known *known; /* of points from [known_at] on; NULL: nothing is */
     size_t known_at;
 } shd_points64;
@@ -75,6 +78,8 @@ typedef struct shd_surface {
     const shd_fresnel *index;   /* for three bins of a spectrum; NULL: the material's own */
     const double *const *sharp; /* as in shd_points64, at [sharp_at]; or NULL */
     size_t sharp_at;
+    const double *const *facets; /* as in shd_points64, at [facets_at]; or NULL */
+    size_t facets_at;
     const shd_known *known; /* as in shd_points64, at [known_at]; or NULL */
     size_t known_at;
     const double *opacity; /* [3]; NULL: the material's own */

@@ -235,6 +235,9 @@ void shd_westin_weigh(const shd_westin *table, const shd_object *object, const s
                    view = {shd_dot(at->view, t), shd_dot(at->view, b), shd_dot(at->view, n)};
     if (!(light.z > 0 && view.z > 0)) return;
     /* The scene's, since the plan's is 1 if there is a spectrum. */
-    find_rho(table, light, view, at->material->from->diffuse, row);
+    const double *kd = at->material->from->diffuse;
+    double here[3];
+    for (int c = 0; c < 3; c++) here[c] = at->facets ? at->facets[c][at->facets_at] : kd[c];
+    find_rho(table, light, view, here, row);
     for (int c = 0; c < 3; c++) row[c] *= light.z;
 }

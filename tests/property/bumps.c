@@ -106,8 +106,9 @@ static void one_normal_is_that_of_vertices(void **state) {
                                .areas = k < 2};
             const shd_vec3 normal = carried(vector_of(tilt, 0.5), s.turn, s.mirrored);
             char *with = tilted(&s, map.text, normal), *plain = tilted(&s, NULL, normal);
-            drawn a = film_of(*state, with), b = film_of(*state, plain);
+            drawn a = shown_film_of(*state, with), b = shown_film_of(*state, plain);
             assert_true(a.request->rendering.plan->bumped);
+            if (strstr(with, "westin")) assert_non_null(a.request->rendering.plan->westin);
             assert_false(b.request->rendering.plan->bumped);
             if (!(film_difference(&a, &b) < 2e-6))
                 fail_msg("model %zu, setting %d: %g", model, k, film_difference(&a, &b));

@@ -141,6 +141,52 @@ static void microgeometry_glows_in_patterns(void **state) {
     }
 }
 
+/* Facets of another color at each point send on what facets of that color everywhere do there: with
+ * shadows, in a mirror, by lamps and by a light with a shape, on a surface whose normals are
+ * turned. A third material is seen for the field itself. */
+static void microgeometry_has_patterns(void **state) {
+    static const char format[] =
+        "{\"image\": {\"width\": 24, \"height\": 12, \"samples\": 1}, \"ambient\": 0.1, \"trace\": "
+        "{\"shadows\": true, \"shadowSamples\": 4, \"depth\": 2}, \"camera\": {\"position\": [0, "
+        "1, 5]}, "
+        "\"lights\": [{\"type\": \"point\", \"position\": [3, 4, 2], \"intensity\": 2}, {\"type\": "
+        "\"rect\", \"position\": [-3, 2, 2], \"direction\": [3, -2, -2], \"up\": [0, 1, 0], "
+        "\"size\": [1, 1], \"intensity\": 20}], \"objects\": [{\"type\": \"sphere\", \"material\": "
+        "{%s}, \"transform\": {\"translate\": [0.9, 0, 0]}}, {\"type\": \"disc\", \"radius\": 2, "
+        "\"material\": {\"diffuse\": 0, "
+        "\"reflection\": 1}, \"transform\": {\"rotate\": [90, 30, 0], \"translate\": [-1.5, 0, "
+        "0]}}]}";
+#define FADES(of)                                                                                  \
+    "\"" of "\": {\"pattern\": \"gradient\", \"colors\": [%s, %s], \"uv\": {\"rotate\": 60, "      \
+    "\"scale\": [3, 2], \"wrap\": \"mirror\"}}"
+    static const char facets[] =
+        "\"model\": \"westin\", \"microgeometry\": {\"type\": \"grooves\"}, ";
+    char *glow = text_of("\"diffuse\": 0, " FADES("emissive"), "0", "1"),
+         *fades = text_of("%s" FADES("diffuse"), facets, "0.1", "0.9"),
+         *text[2] = {text_of(format, glow), text_of(format, fades)};
+    drawn field = shown_film_of(*state, text[0]), d = shown_film_of(*state, text[1]);
+    size_t seen = 0;
+    for (size_t i = 3; i < pixels_of(&d); i += 7) {
+        const double w = (double)field.film.rgba[4 * i];
+        if (!(w > 0.02)) continue;
+        char *plain = text_of("%s\"diffuse\": %.17g", facets, 0.1 + 0.8 * w),
+             *one = text_of(format, plain);
+        drawn p = shown_film_of(*state, one);
+        assert_below(fabs((double)d.film.rgba[4 * i] - (double)p.film.rgba[4 * i]), 1e-6);
+        seen += (double)p.film.rgba[4 * i] > 0.05;
+        drop_drawn(&p);
+        free(plain);
+        free(one);
+    }
+    assert_true(seen >= 5);
+    drop_drawn(&field);
+    drop_drawn(&d);
+    free(glow);
+    free(fades);
+    free(text[0]);
+    free(text[1]);
+}
+
 static void reflectances_of_patterns_are_not_told(void **state) {
     static const char *const members[] = {"diffuse", "emissive"};
     for (int k = 0; k < 2; k++) {
@@ -288,6 +334,7 @@ int main(void) {
         cmocka_unit_test(layers_add_up),
         cmocka_unit_test(equal_colors_are_one_color),
         cmocka_unit_test(microgeometry_glows_in_patterns),
+        cmocka_unit_test(microgeometry_has_patterns),
         cmocka_unit_test(reflectances_of_patterns_are_not_told),
         cmocka_unit_test(tints_keep_light),
         cmocka_unit_test(regions_and_kernels_see_the_same),

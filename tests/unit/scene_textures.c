@@ -98,8 +98,8 @@ static void patterns_need_a_chart_and_colors_that_multiply(void **state) {
          "'material': {'opacity': {'pattern': "
          "'checker', 'colors': [0, [1, 1, 0.5]]}}}]}",
          "/objects/0", "one number"},
-        {OBJECT("'type': 'sphere', 'material': {'model': 'westin', 'microgeometry': {'type': "
-                "'grooves'}, " CHECKER "}"),
+        {OBJECT("'type': 'sphere', 'interpolation': 'gouraud', 'material': {'model': 'westin', "
+                "'microgeometry': {'type': 'grooves'}, " CHECKER "}"),
          "/objects/0", "westin"},
         {"{'spectral': true, 'objects': [{'type': 'sphere', 'material': {'model': 'westin', "
          "'microgeometry': {'type': 'grooves'}, 'emissive': {'pattern': 'checker', 'colors': [0, "

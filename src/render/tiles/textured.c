@@ -95,6 +95,16 @@ void shd_textured_weigh_beam(const shd_scenery *scenery, const shd_plan_textures
     }
 }
 
+void shd_textured_facets(const shd_plan_material *material, const shd_plan_slot *slot,
+                         double *const *weights, size_t count, double *const out[3]) {
+    const double *low = material->textures->low->diffuse;
+    for (int c = 0; c < 3; c++) {
+        const double *w = weights[slot->field[c]];
+        for (size_t i = 0; i < count; i++)
+            out[c][i] = shd_smaller(shd_larger(low[c] + slot->rise[c] * w[i], -1), 1);
+    }
+}
+
 void shd_textured_sums(const shd_scenery *scenery, const shd_plan_material *material, size_t plane,
                        size_t first, size_t count, shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;

@@ -198,6 +198,11 @@ static void light_exactly(const shd_scenery *scenery, const lit_run *l, size_t p
         points.sharp = (const double *const *)s->sharp;
         points.sharp_at = l->first;
     }
+    const shd_plan_slot *facets = shd_facet_slot(l->material);
+    if (facets) {
+        shd_textured_facets(l->material, facets, s->weights, l->count, s->facets);
+        points.facets = (const double *const *)s->facets;
+    }
     const bool light = plan->planes[plane].kind == SHD_LAYER_LIGHT;
     shd_sum_exactly(scenery->lighting, plan, l->material, l->which, l->lights, &points, s->exact);
     for (size_t p = plane; p < plan->plane_count; p++) {

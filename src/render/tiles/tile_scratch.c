@@ -1,5 +1,6 @@
 #include "render/tiles/tile_scratch.h"
 
+#include "plan/textures.h"
 #include "render/tiles/smooth.h"
 #include "sight/bend.h"
 #include "trace/bounce.h"
@@ -9,6 +10,12 @@ enum { BESIDE = 64 };
 
 size_t shd_pixels_at_once(size_t samples) {
     return SHD_CHUNK / samples / BESIDE * BESIDE;
+}
+
+static bool has_facet_slots(const shd_plan *plan) {
+    for (size_t m = 0; m < shd_all_materials(plan); m++)
+        if (shd_facet_slot(&plan->materials[m])) return true;
+    return false;
 }
 
 /* A chunk's shots, what they hit, and the sums of light there. Kernels read whole vectors from
@@ -37,6 +44,7 @@ static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_sc
     }
     if (plan->antialiased || plan->bumped)
         s->sharp = shd_scratch_rows64(memory, 2 * plan->max_lobes + 3, length);
+    if (plan->textured && has_facet_slots(plan)) s->facets = shd_scratch_rows64(memory, 3, length);
     s->smooth = shd_smooth_lay_out(plan, length, memory);
     s->sums = shd_scratch_rows32(memory, shd_sum_of(plan, plan->plane_count, 0, 0), length);
     s->outs = shd_scratch_take(memory, rows, sizeof *s->outs);

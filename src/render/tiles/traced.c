@@ -77,18 +77,24 @@ static void light_point(const void *context, void *scratch, const shd_surface *a
     }
     const shd_plan_object *object = &scenery->plan->objects[at->object];
     const int32_t index = (int32_t)at->object;
-    const shd_points64 point = {.count = 1,
-                                .position = {&at->position.x, &at->position.y, &at->position.z},
-                                .normal = {&at->normal.x, &at->normal.y, &at->normal.z},
-                                .view = {&at->view.x, &at->view.y, &at->view.z},
-                                .object = &index,
-                                .triangle = &at->triangle,
-                                .sharp = at->sharp,
-                                .sharp_at = at->sharp_at};
+    shd_points64 point = {.count = 1,
+                          .position = {&at->position.x, &at->position.y, &at->position.z},
+                          .normal = {&at->normal.x, &at->normal.y, &at->normal.z},
+                          .view = {&at->view.x, &at->view.y, &at->view.z},
+                          .object = &index,
+                          .triangle = &at->triangle,
+                          .sharp = at->sharp,
+                          .sharp_at = at->sharp_at};
     float mixed[3], *const to[3] = {&mixed[0], &mixed[1], &mixed[2]};
+    const shd_plan_slot *slot = shd_facet_slot(at->material);
+    double reflected[3], *const rows[3] = {&reflected[0], &reflected[1], &reflected[2]};
+    if (at->material->textures) weigh_met(scenery, at, met, width, s);
+    if (slot) {
+        shd_textured_facets(at->material, slot, s->beam, 1, rows);
+        point.facets = (const double *const *)rows;
+    }
     shd_sum_exactly(scenery->lighting, scenery->plan, at->material, object->lights,
                     object->light_count, &point, s->exact);
-    if (at->material->textures) weigh_met(scenery, at, met, width, s);
     shd_mix_exact(scenery->plan, at->material, 0, s->exact, (const double *const *)s->beam, 1, to);
     for (int c = 0; c < 3; c++) out[c] = (double)mixed[c];
 }
