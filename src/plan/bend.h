@@ -63,7 +63,7 @@ static const shd_mean_room SHD_DRAFT_ROOM = {0x1p-13, 0x1p-8};
  * the mean of few nodes for that of their samples (bound/light/rules.h): about as much as f32 has
  * them off. 0 is the diffuse weight's exponent. */
 static inline double shd_nodes_room(double exponent) {
-    return 0x1p-22 * fmax(1, sqrt(exponent) / 3);
+    return 0x1p-23 * fmax(1, sqrt(exponent) / 3);
 }
 
 /* Beside it, what tells how much more is known if places in the picture, two numbers of pixels, are
@@ -75,11 +75,11 @@ typedef struct shd_moves {
     double point, normal, view; /* world frame, unit, unit */
 } shd_moves;
 
-enum { SHD_DISCS = 8 };
+enum { SHD_DISCS = 12 };
 /* Pixels: the radii of discs begin here, and grow by such a ratio. */
-static const double SHD_DISC_LEAST = 5, SHD_DISC_STEP = 1.5;
+static const double SHD_DISC_LEAST = 5, SHD_DISC_STEP = 1.25;
 /* Pixels: no center of a rule is farther from the pixel's own. */
-static const double SHD_BESIDE = 2;
+static const double SHD_BESIDE = 2.8284271248;
 
 /* What the ray through the middle of a block meets: a ball of radius 1, or a plane at height 1. */
 typedef struct shd_strike {
@@ -96,10 +96,14 @@ typedef struct shd_strike {
 typedef struct shd_analytic {
     size_t object;                /* all of the rays hit it, and nothing else in the block */
     shd_vec3 point, normal, view; /* at the block's middle: world frame, unit, unit */
-    shd_strike strike;
-    double centers;         /* pixels: no pixel's center is farther from the middle */
-    shd_moves near, around; /* through the block; and through centers of pixels beside it */
+    shd_strike strike, worst;     /* there; and at pixels' centers, the one that moves most */
+    double centers;               /* pixels: no pixel's center is farther from the middle */
+    shd_moves near, around;       /* through the block; and through centers of pixels beside it */
 } shd_analytic;
+
+/* The strike of rays up to so many pixels from the middle, of which none is moved by more than what
+ * is told of it. False: nothing is known of them. */
+bool shd_worst_strike(const shd_strike *strike, double reach, shd_strike *out);
 
 /* How much is moved in all complex places that are so many pixels from the middle. False: nothing
  * is known of them. The proof is in moves.c. */

@@ -51,6 +51,33 @@ static double way_moves(const shd_strike *m, double e) {
     return aslant < 0.999 * m->cosine ? m->t * aslant / (m->cosine - aslant) : (double)INFINITY;
 }
 
+/* What is moved grows with the pace, with what is along and beside a ball, and with t, and falls
+ * with the plane's cosine. Real rays turn by an angle whose tangent is e, or their origins move by
+ * that. */
+bool shd_worst_strike(const shd_strike *m, double reach, shd_strike *out) {
+    const double x = reach * m->pace, e = m->orthographic ? x / m->size : x / (1 - x);
+    *out = *m;
+    if (!m->orthographic && !(x < 0.4)) return false;
+    if (!m->orthographic) out->pace = m->pace / (1 - x);
+    if (m->ball) {
+        out->along += m->orthographic ? 0 : m->beside * e;
+        out->beside += m->orthographic ? e : m->along * e;
+        const double square = 1 - out->beside * out->beside;
+        if (!(square > 0)) return false;
+        out->t = out->along - sqrt(square);
+    } else {
+        const double aslant = e * sqrt(1 - m->cosine * m->cosine);
+        if (m->orthographic)
+            out->t += aslant / m->cosine;
+        else {
+            out->cosine = (m->cosine - aslant) / hypotenuse(1, e);
+            if (!(out->cosine > 0)) return false;
+            out->t = 1 / out->cosine;
+        }
+    }
+    return true;
+}
+
 bool shd_move(const shd_strike *m, double reach, shd_moves *out) {
     const double x = reach * m->pace, e = m->orthographic ? x / m->size : x / (1 - x);
     if (!m->orthographic && !(x < 0.4)) return false;

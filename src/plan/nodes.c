@@ -77,20 +77,21 @@ static double apart(int samples, const shd_rule *r, int degree) {
 }
 
 /* Means of degrees from 3 up to 7 are told by their moments, and those of all above are no more
- * than that of (z / r)^8 / (1 - z / r), of both. */
+ * than that of (z / r)^8 / (1 - z / r), of both: of the rule, with the sizes of weights. */
 static void set_shares(int samples, shd_rule *r) {
     enum { LAST = 7 };
     static const double SQUARES[5] = {1, 4, 6, 4, 1}; /* of (u^2 + v^2)^4 */
     const frame picture = {1, 0};
-    double off[LAST + 1], eighth = 0, reach = 0.7071067812;
+    double off[LAST + 1], eighth = 0, spread = 0, reach = 0.7071067812;
     for (int d = 3; d <= LAST; d++) off[d] = apart(samples, r, d);
     for (int i = 0; i <= 4; i++) eighth += SQUARES[i] * moment(samples, picture, 8 - 2 * i, 2 * i);
     for (size_t k = 0; k < r->count; k++) {
-        if (r->weight[k] < 0) eighth = INFINITY;
         const double square = r->x[k] * r->x[k] + r->y[k] * r->y[k];
-        eighth += r->weight[k] * power(square, 4);
+        eighth += fabs(r->weight[k]) * power(square, 4);
         reach = fmax(reach, sqrt(square));
+        spread += fabs(r->weight[k]);
     }
+    if (!(spread <= (r->rim ? SHD_NODES_SPREAD : 1 + 1e-9))) eighth = INFINITY;
     double radius = SHD_DISC_LEAST;
     for (size_t k = 0; k < SHD_DISCS; k++) {
         double sum = eighth / (power(radius, 7) * (radius - reach));
@@ -100,36 +101,38 @@ static void set_shares(int samples, shd_rule *r) {
     }
 }
 
-/* Lagrange's polynomial that is 1 at `at` of -1, 0 and 1, and 0 at the others. */
+/* Lagrange's polynomial that is 1 at `at` of the rim's places from -SHD_FRINGE up, and 0 at the
+ * others. */
 static double lagrange(int at, double x) {
-    return at ? (x * x + at * x) / 2 : 1 - x * x;
+    double product = 1;
+    for (int other = -SHD_FRINGE; other <= SHD_FRINGE; other++)
+        if (other != at) product *= (x - other) / (at - other);
+    return product;
 }
 
-/* The rule of 3 x 3 pixels' centers: the pattern's mean of the polynomial of degree 2 in each
+/* The rule of 5 x 5 pixels' centers: the pattern's mean of the polynomial of degree 4 in each
  * coordinate that has their values. */
-static void set_centers(int samples, shd_rule *nine) {
+static void set_centers(int samples, shd_rule *shared) {
     const frame picture = {1, 0};
-    nine->rim = 1;
-    for (int row = -1; row <= 1; row++)
-        for (int column = -1; column <= 1; column++) {
+    shared->rim = SHD_FRINGE;
+    for (int row = -SHD_FRINGE; row <= SHD_FRINGE; row++)
+        for (int column = -SHD_FRINGE; column <= SHD_FRINGE; column++) {
             double sum = 0;
             for (int k = 0; k < samples; k++) {
                 double x, y;
                 shd_sample_offset(k, samples, &x, &y);
                 sum += lagrange(column, x - 0.5) * lagrange(row, y - 0.5);
             }
-            add_node(nine, picture, column, row, sum / samples);
+            add_node(shared, picture, column, row, sum / samples);
         }
 }
 
-void shd_rules_of(int samples, shd_rule out[SHD_RULES]) {
+/* Rules of 4 and of 7 nodes in the pixel. */
+static void set_own(int samples, shd_rule *four, shd_rule *seven) {
     const frame f = even_frame(samples);
     const double uu = moment(samples, f, 2, 0), vv = moment(samples, f, 0, 2),
                  u4 = moment(samples, f, 4, 0), v4 = moment(samples, f, 0, 4),
                  u2v2 = moment(samples, f, 2, 2);
-    shd_rule *four = &out[1], *seven = &out[2];
-    for (int r = 0; r < SHD_RULES; r++) out[r] = (shd_rule){0};
-    set_centers(samples, &out[0]);
     const double u = sqrt(2 * uu), v = sqrt(2 * vv);
     for (int k = -1; k <= 1; k += 2) {
         add_node(four, f, k * u, 0, 0.25);
@@ -145,5 +148,12 @@ void shd_rules_of(int samples, shd_rule out[SHD_RULES]) {
         add_node(seven, f, -p, k * q, corner);
         add_node(seven, f, 0, k * z, beside);
     }
-    for (int r = 0; r < SHD_RULES; r++) set_shares(samples, &out[r]);
+}
+
+void shd_rules_of(int samples, shd_rule out[SHD_RULES]) {
+    const size_t count = shd_rule_count(samples);
+    for (size_t r = 0; r < SHD_RULES; r++) out[r] = (shd_rule){0};
+    set_centers(samples, &out[0]);
+    if (count > 1) set_own(samples, &out[1], &out[2]);
+    for (size_t r = 0; r < count; r++) set_shares(samples, &out[r]);
 }

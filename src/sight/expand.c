@@ -98,7 +98,8 @@ static bool expand_object(const shd_sight *sight, uint32_t object, const shd_mid
     m->pace = b.pace;
     return shd_move(m, side / 2 * ROOT2, &out->near) &&
            depth + out->near.point < beyond * (1 - SLACK) &&
-           shd_move(m, out->centers + SHD_BESIDE, &out->around);
+           shd_move(m, out->centers + SHD_BESIDE, &out->around) &&
+           shd_worst_strike(m, out->centers, &out->worst);
 }
 
 bool shd_sight_expand(const shd_sight *sight, const shd_survey *survey, size_t block, int part,

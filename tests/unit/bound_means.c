@@ -355,7 +355,7 @@ static double most_off_by(const stage *s, const shd_analytic *a, const shd_rule 
 
 /* Few nodes have the mean of many samples, as far as is told, from f32's rounding up to all. */
 static void nodes_are_no_farther_off_than_told(void **state) {
-    static const int patterns[] = {8, 9, 12, 16, 16, 16, 25, 64};
+    static const int patterns[] = {4, 5, 8, 9, 16, 16, 25, 64};
     (void)state;
     size_t known = 0, close = 0, fit[SHD_RULES] = {0};
     for (uint64_t seed = 1; known < 1500; seed++) {
@@ -395,11 +395,11 @@ static void nodes_are_no_farther_off_than_told(void **state) {
 /* Rules have the pattern's moments, and are made of nodes in the pixel that all weigh something. */
 static void rules_are_of_their_pattern(void **state) {
     (void)state;
-    for (int n = 8; n <= 64; n++) {
+    for (int n = 4; n <= 64; n++) {
         shd_rule rules[SHD_RULES];
         shd_rules_of(n, rules);
-        for (size_t r = 0; r < SHD_RULES; r++) {
-            double moments[6] = {1, 0, 0, 0, 0, 0};
+        for (size_t r = 0; r < shd_rule_count(n); r++) {
+            double moments[6] = {1, 0, 0, 0, 0, 0}, spread = 0;
             for (int i = 0; i < n; i++) {
                 double x, y;
                 shd_sample_offset(i, n, &x, &y);
@@ -412,12 +412,14 @@ static void rules_are_of_their_pattern(void **state) {
                 const double x = rules[r].x[i], y = rules[r].y[i], w = rules[r].weight[i],
                              of[6] = {1, x, y, x * x, x * y, y * y};
                 for (int m = 0; m < 6; m++) moments[m] += (m ? w : -w) * of[m];
+                spread += fabs(w);
                 if (rules[r].rim)
-                    assert_true(fabs(x) <= rules[r].rim && fabs(y) <= rules[r].rim &&
-                                (w >= 0 || isinf(rules[r].share[SHD_DISCS - 1])));
+                    assert_true(fabs(x) <= rules[r].rim && fabs(y) <= rules[r].rim);
                 else
                     assert_true(fabs(x) < 0.5 && fabs(y) < 0.5 && w > 0.05);
             }
+            assert_true(spread <= (rules[r].rim ? SHD_NODES_SPREAD : 1 + 1e-9));
+            assert_true(isfinite(rules[r].share[0]));
             for (int m = 0; m < 6; m++) assert_true(fabs(moments[m]) < 1e-14);
         }
         /* With sixteen, seven nodes are as good as all for anything of degree 5, so that what is

@@ -1,5 +1,7 @@
 #include "bound/light/error.h"
 
+#include "plan/nodes.h"
+
 /* Half an ulp of f32 and f64, relative. */
 #define U32 0x1p-24
 #define U64 0x1p-53
@@ -74,6 +76,7 @@ double shd_color_error(const shd_plan *plan, shd_tier tier) {
         roundings += 1 + parts + 2 + (even ? 0 : 2 * parts);
         /* Of the background's alpha and share, and of what the sum is divided by. */
         if (scene->transparent && scene->background_alpha > 0) roundings += 7;
+        if (shd_plan_rules(plan, tier) > 0) roundings *= SHD_NODES_SPREAD;
     }
     return roundings * U32;
 }

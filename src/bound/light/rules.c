@@ -4,9 +4,10 @@
  * than M (z / r)^8 / (1 - z / r). Two means that agree for degrees up to 2 are as far apart as they
  * are for the rest (plan/nodes.h).
  *
- * M follows from how far points, normals and views are from those of the block's middle
- * (plan/moves.c). Unit vectors stay that: A.A = 1 with the same sum of products. With ' for the
- * most that |A - A0| is, and 0 for the middle:
+ * M follows from how far points, normals and views are from those of the pixel's center
+ * (plan/moves.c). What these are is real, and known from how far they are, at most, from those of
+ * the block's middle. Unit vectors stay that: A.A = 1 with the same sum of products. With ' for the
+ * most that |A - A0| is, and 0 for the center, or for the middle:
  *
  *     X = light - P:  |X|' = P'. L = X / |X| is along L0 + e with L0.e = 0, |e| <= P' / (|X0| - P')
  *     distance:       its square is off by (2 |X0| + P') P'
@@ -32,14 +33,14 @@ static double most_exp(double x) {
     return power;
 }
 
-/* A light as it comes to the block's middle. */
+/* A light as it comes to the block's middle, and the most that it is at pixels' centers. */
 typedef struct incidence {
     const shd_plan_light *light;
-    shd_vec3 way;  /* unit: toward the light */
-    double away;   /* the distance */
-    double fall;   /* the attenuation */
-    bool held;     /* at that, because the distance is */
-    double facing; /* N.L */
+    shd_vec3 way;                   /* unit: toward the light */
+    double away, nearest, farthest; /* the distance, and the range of it */
+    double fall, fall_most;         /* the attenuation */
+    bool held;                      /* at that, because the distance is */
+    double facing, facing_most;     /* N.L */
 } incidence;
 
 /* How much of it changes. */
@@ -52,19 +53,19 @@ static bool find_change(const incidence *in, const shd_moves *moves, change *out
     const shd_plan_light *light = in->light;
     *out = (change){true, 0, 0, moves->normal, 0};
     if (light->directional) return true;
-    const double point = moves->point, tangent = point / (in->away - point);
-    if (!(point < 0.4 * in->away)) return false;
-    const double shorter = 1 / sqrt(1 - tangent * tangent), square = (2 * in->away + point) * point,
-                 at = in->away * in->away;
+    const double point = moves->point, low = in->nearest, tangent = point / (low - point);
+    if (!(point < 0.4 * low)) return false;
+    const double shorter = 1 / sqrt(1 - tangent * tangent), square = (2 * low + point) * point,
+                 at = low * low;
     if (!(square < 0.999 * at)) return false;
     out->way = sqrt(tangent * shorter * (tangent * shorter) + (shorter - 1) * (shorter - 1));
     out->facing = moves->normal + out->way + moves->normal * out->way;
-    out->distance = square / (in->away + sqrt(at - square));
+    out->distance = square / (low + sqrt(at - square));
     if (!light->attenuated || in->held) return true;
-    const double q = light->a + in->away * (light->b + in->away * light->c),
-                 by = light->b * out->distance + light->c * square;
+    const double q = light->a + low * (light->b + low * light->c),
+                 by = light->b * out->distance + light->c * (2 * in->farthest + point) * point;
     if (!(by < 0.999 * q)) return false;
-    out->fall = in->fall * by / (q - by);
+    out->fall = in->fall_most * by / (q - by);
     return true;
 }
 
@@ -84,33 +85,43 @@ typedef struct block {
         double turned; /* what mirrored views are off by */
     } discs[SHD_DISCS];
     shd_vec3 mirror;     /* W */
-    double cosine, sine; /* of N and V */
+    double near_turned;  /* what that is off by in the block, */
+    double turned;       /* and up to centers beside it */
+    double cosine, sine; /* of N and V, the most */
     double room;
     unsigned fits; /* the rules that serve for what has been looked at, as bits */
     size_t disc;   /* that served last */
 } block;
 
 static double mirror_moves(const block *b, const shd_moves *m) {
-    const double n = m->normal, nn = n * n;
-    return 2 * n + nn * (2 * b->cosine + 2 * b->sine + b->cosine * n) +
-           m->view * (1 + 4 * n + 2 * nn);
+    const double n = m->normal, nn = n * n, aside = n + b->sine * nn, shear = n + sqrt(1 + nn);
+    return 2 * sqrt(aside * aside + nn * nn) + nn * n * (b->cosine + b->sine) + nn * nn / 2 +
+           m->view * shear * shear;
 }
 
-/* The most that ln |L.W| is in these places, where |L - W| is `chord` at the middle and changes by
- * g at most. Infinite: L.W may be 0. With x + i y for what changes, (L - W)^2 = z has the real part
- * |L - W + x|^2 - y^2, which is no less than chord^2 / 2 - g^2, nor than (chord - g)^2 if g is less
- * than half of the chord; and |1 - z / 2|^2 = 1 - Re z + |z|^2 / 4. Nor is z farther than (2 chord
- * + g) g from chord^2. */
-static double most_shine(double chord, double g) {
-    const double square = chord * chord, far = (chord + g) * (chord + g), most = far / 2 - square,
-                 least = 2 * g < chord ? (chord - g) * (chord - g) : square / 2 - g * g;
-    if (far < 1.99) return shd_smaller((far * far / 4 - least) / 2, most);
-    return INFINITY;
+/* The most that ln |L.W| is in these places, where |L - W| is some chord of [least, most] at the
+ * center and changes by g at most. Infinite: L.W may be 0. With x + i y for what changes, p = |L -
+ * W
+ * + x| and q = |y|, (L - W)^2 = z has the real part p^2 - q^2, and its imaginary part is 2 p q or
+ * less, so that
+ *     |L.W|^2 = |1 - z / 2|^2 <= 1 + h,  h = q^2 - p^2 + (p^2 + q^2)^2 / 4
+ * h falls with p, p^2 + q^2 < 2, and p is no less than chord - |x|. So the least chord has the most
+ * of it, and at g (ln |1 - z / 2| is subharmonic). With |x| = k g, where h is quadratic in k, p is
+ * half of the chord there, or more. */
+static double most_shine(double least, double most, double g) {
+    const double far = (most + g) * (most + g), chord = least, square = chord * chord, gg = g * g,
+                 k = chord * (2 - square - gg), all = 2 * g * (2 - square),
+                 x = k < all ? k / all * g : g, p = chord - x, pp = p * p, qq = gg - x * x,
+                 sum = pp + qq, h = qq - pp + sum * sum / 4;
+    if (!(far < 1.99)) return INFINITY;
+    return h < 0 ? (h - h * h / 2) / 2 : h / 2;
 }
 
-/* The most that a lobe is in these places, over the attenuation. Infinite: it is not analytic. */
-static double lobe_most(double turned, const change *c, double exponent, double chord) {
-    return most_exp(exponent * most_shine(chord, (c->way + turned) * SLACK));
+/* The most that a lobe is in these places, over the attenuation. Infinite: it is not analytic.
+ * `chord` is that of the middle, and off by up to `off`. */
+static double lobe_most(double turned, const change *c, double exponent, double chord, double off) {
+    return most_exp(exponent *
+                    most_shine(shd_larger(chord - off, 0), chord + off, (c->way + turned) * SLACK));
 }
 
 /* The same of real places, where it need not be analytic. */
@@ -119,10 +130,10 @@ static double lobe_near(double turned, const change *c, double exponent, double 
     return x > -1 ? most_exp(exponent * x) : 0;
 }
 
-/* A light, and how it changes in the discs. */
+/* A light, and how it changes through the block, up to centers beside it, and in the discs. */
 typedef struct changes {
     incidence in;
-    change near, in_disc[SHD_DISCS];
+    change near, around, in_disc[SHD_DISCS];
     unsigned made; /* discs, as bits */
 } changes;
 
@@ -132,7 +143,7 @@ static const struct disc *disc_of(block *b, size_t k) {
     double radius = SHD_DISC_LEAST;
     for (size_t i = 0; i < k; i++) radius *= SHD_DISC_STEP;
     disc->made = true;
-    disc->known = shd_move(&b->a->strike, b->a->centers + radius, &disc->moves);
+    disc->known = shd_move(&b->a->worst, radius, &disc->moves);
     if (disc->known) disc->turned = mirror_moves(b, &disc->moves);
     return disc;
 }
@@ -141,6 +152,7 @@ static const struct disc *disc_of(block *b, size_t k) {
  * left, each by one of the discs. */
 static bool fits(block *b, changes *l, double exponent, double chord, double room) {
     const size_t last = b->disc;
+    const double off = (l->near.way + b->near_turned) * SLACK;
     unsigned fit = 0;
     for (size_t k = 0; k < SHD_DISCS && fit != b->fits; k++) {
         const size_t at = (last + SHD_DISCS - k) % SHD_DISCS;
@@ -150,9 +162,9 @@ static bool fits(block *b, changes *l, double exponent, double chord, double roo
         if (!(l->made >> at & 1)) *c = change_of(&l->in, &disc->moves);
         l->made |= 1u << at;
         if (!c->known) continue;
-        const double fall = l->in.fall + c->fall,
-                     most = exponent < 0 ? fall * c->facing + l->in.facing * c->fall
-                                         : fall * lobe_most(disc->turned, c, exponent, chord);
+        const double fall = l->in.fall_most + c->fall,
+                     most = exponent < 0 ? fall * c->facing + l->in.facing_most * c->fall
+                                         : fall * lobe_most(disc->turned, c, exponent, chord, off);
         for (unsigned left = b->fits & ~fit; left; left &= left - 1) {
             const int rule = __builtin_ctz(left);
             if (!(most * b->rules[rule].share[at] * SLACK <= room)) continue;
@@ -182,7 +194,9 @@ static incidence incidence_of(const shd_plan_light *light, const shd_analytic *a
         in.way = shd_scale(x, 1 / in.away);
         in.fall = shd_attenuation(light, in.away);
     }
-    in.facing = shd_dot(a->normal, in.way);
+    in.nearest = in.farthest = in.away;
+    in.fall_most = in.fall;
+    in.facing = in.facing_most = shd_dot(a->normal, in.way);
     return in;
 }
 
@@ -211,31 +225,36 @@ static bool look_at(block *b, const shd_plan_light *light, changes *out) {
     *in = incidence_of(light, b->a);
     out->near = change_of(in, &b->a->near);
     out->made = 0;
-    const change around = change_of(in, &b->a->around);
+    out->around = change_of(in, &b->a->around);
     const side own = side_of(in, &out->near);
     bool held = false, held_around;
     if (!(in->fall < SHD_LARGEST_FALL) || own == UNKNOWN ||
         (own == BEFORE && !is_held(in, &out->near, &held)))
         b->fits = 0;
-    if (side_of(in, &around) != own ||
-        (own == BEFORE && (!is_held(in, &around, &held_around) || held_around != held)))
+    if (side_of(in, &out->around) != own ||
+        (own == BEFORE && (!is_held(in, &out->around, &held_around) || held_around != held)))
         for (int r = 0; b->fits >> r; r++)
             if (b->rules[r].rim) b->fits &= ~(1u << r);
     in->held = held;
-    if (held) out->near.fall = 0;
+    if (held) out->near.fall = out->around.fall = 0;
+    in->nearest -= out->near.distance;
+    in->farthest += out->near.distance;
+    in->fall_most += out->near.fall;
+    in->facing_most += out->near.facing;
     return own == BEFORE;
 }
 
-/* Takes those rules away by which some of a light's weights do not fit. */
+/* Takes those rules away by which some of a light's weights do not fit. Where all of a lobe is too
+ * little to tell, means of it are, too. */
 static void fit_light(block *b, changes *l, const shd_plan_material *material) {
     const double room = b->room * (l->in.fall - l->near.fall),
-                 chord = shd_length(shd_sub(l->in.way, b->mirror)),
-                 turned = mirror_moves(b, &b->a->around);
+                 chord = shd_length(shd_sub(l->in.way, b->mirror));
+    const change *beside = l->around.known ? &l->around : &l->near;
     if (material->has_diffuse && !fits(b, l, -1, 0, room * shd_nodes_room(0))) return;
     for (size_t k = 0; k < material->lobe_count; k++) {
         const double exponent = material->lobes[k].shininess,
-                     all =
-                         (l->in.fall + l->near.fall) * lobe_near(turned, &l->near, exponent, chord),
+                     all = (l->in.fall + beside->fall) *
+                           lobe_near(b->turned, beside, exponent, chord) * SHD_NODES_SPREAD,
                      some = room * shd_nodes_room(exponent);
         if (!(all <= some) && !fits(b, l, exponent, chord, some)) return;
     }
@@ -246,9 +265,13 @@ unsigned shd_find_rules(const shd_plan *plan, const shd_analytic *a, const shd_r
     enum { AT_ONCE = 8 }; /* lights: where they are is told before what takes longer */
     const shd_plan_group *group = &plan->groups[plan->objects[a->object].group];
     block b = {.a = a, .rules = rules, .room = room, .disc = SHD_DISCS / 2};
-    b.cosine = shd_dot(a->normal, a->view);
-    b.sine = sqrt(shd_larger(1 - b.cosine * b.cosine, 0));
-    b.mirror = shd_sub(shd_scale(a->normal, 2 * b.cosine), a->view);
+    const double cosine = shd_dot(a->normal, a->view),
+                 off = a->near.normal + a->near.view + a->near.normal * a->near.view;
+    b.mirror = shd_sub(shd_scale(a->normal, 2 * cosine), a->view);
+    b.cosine = shd_smaller(cosine + off, 1);
+    b.sine = shd_smaller(sqrt(shd_larger(1 - cosine * cosine, 0)) + off, 1);
+    b.near_turned = mirror_moves(&b, &a->near);
+    b.turned = mirror_moves(&b, &a->around);
     b.fits = (1u << count) - 1;
     for (size_t first = 0; first < group->light_count && b.fits; first += AT_ONCE) {
         changes lights[AT_ONCE];

@@ -1,6 +1,8 @@
 /* The errors of a light, or of a cluster of lights, at a piece. */
 #include "bound/light/finding.h"
 
+#include "plan/nodes.h"
+
 /* What rounding to f32 moves a position by, in the frame's unit: half an ulp below 2 in three
  * coordinates. A light with larger coordinates is moved by as much more. */
 static const double POSITION = 1.1e-7;
@@ -76,10 +78,22 @@ shd_source shd_source_of(const shd_finding *f, uint32_t index) {
     return s;
 }
 
+/* Whether pixels may take the mean of few nodes. */
+static bool takes_nodes(const shd_finding *f) {
+    const shd_shape shape = f->place.object->shape;
+    return f->nodes && (shape == SHD_SPHERE || shape == SHD_PLANE);
+}
+
+/* How much of what samples err by is in a pixel's mean. */
+static double spread_of(const shd_finding *f) {
+    return takes_nodes(f) ? SHD_NODES_SPREAD : 1;
+}
+
 /* Adds what it changes of a light that points are elsewhere and their normals turned. */
 static void add_misplaced(const shd_finding *f, const shd_plan_material *material,
                           const shd_source *from, const shd_piece *piece, const shd_lit *lit) {
-    const double high = from->strength * lit->factor_high, turned = f->misplaced.turned;
+    const double high = from->strength * lit->factor_high * spread_of(f),
+                 turned = f->misplaced.turned;
     double beyond;
     const double moved =
         shd_misplaced_at(f->plan->scene, &f->misplaced, piece, from->light, lit->nearest, &beyond);
@@ -105,10 +119,10 @@ static double add_light_error(shd_finding *f, const shd_plan_material *material,
     position = position < 1 ? position : 1;
     const double direction = e->direction + position;
     const double distance = e->relative + (light->attenuated ? 2 * position : 0);
-    f->distance = shd_larger(f->distance, distance);
+    const bool nodes = takes_nodes(f);
+    const double spread = spread_of(f);
+    f->distance = shd_larger(f->distance, distance * spread);
     const double high = from->strength * lit->factor_high, low = from->strength * lit->factor_low;
-    const shd_shape shape = f->place.object->shape;
-    const bool nodes = f->nodes && (shape == SHD_SPHERE || shape == SHD_PLANE);
     double seen[3], spot = 0;
     /* A low s makes the errors low that it multiplies, but not its own. */
     if (light->spot && !light->steep && f->tier != SHD_EXACT)
@@ -120,8 +134,9 @@ static double add_light_error(shd_finding *f, const shd_plan_material *material,
     for (int c = 0; c < 3; c++) seen[c] = term->color[c] * high * lit->facing_high;
     to->low += low * lit->facing_low;
     to->high += high * lit->facing_high;
-    to->absolute += high * (e->facing + position + (nodes ? shd_nodes_room(0) : 0)) + spot;
-    to->limited += high * distance * lit->facing_high;
+    to->absolute +=
+        (high * (e->facing + position) + spot) * spread + high * (nodes ? shd_nodes_room(0) : 0);
+    to->limited += high * distance * lit->facing_high * spread;
     for (size_t k = 0; k < material->lobe_count; k++) {
         const double shininess = material->lobes[k].shininess;
         const shd_lobe_error *error = &f->lobes[k];
@@ -133,15 +148,16 @@ static double add_light_error(shd_finding *f, const shd_plan_material *material,
         const double wrong = relative ? shd_lobe_sum(turned, functions) : functions;
         const double faint =
             shd_lobe_faint(error, most) + shd_lobe_foot(error, lit->shine_high, most, direction);
-        f->ratio = shd_larger(f->ratio, shd_lobe_ratio(error, direction));
+        f->ratio = shd_larger(f->ratio, shd_lobe_ratio(error, direction) * spread);
         to++;
         term++;
         for (int c = 0; c < 3; c++) seen[c] += term->color[c] * high * most;
         if (low > 0 && lit->shine_low > 0)
             to->low += low * shd_shine_least(lit->shine_low, shininess);
         to->high += high * most;
-        to->absolute += high * (faint + (nodes ? shd_nodes_room(shininess) : 0)) + spot;
-        to->limited += high * shd_smaller(wrong + distance * most, 1);
+        to->absolute +=
+            (high * faint + spot) * spread + high * (nodes ? shd_nodes_room(shininess) : 0);
+        to->limited += high * shd_smaller(wrong + distance * most, 1) * spread;
     }
     return shd_larger(shd_larger(seen[0], seen[1]), seen[2]);
 }

@@ -1,6 +1,7 @@
 #include "render/tiles/gather.h"
 
 #include <assert.h>
+#include <math.h>
 #include <string.h>
 
 #include "render/tiles/film.h"
@@ -31,17 +32,30 @@ static size_t place_hits(shd_tile_scratch *s, shd_run run, size_t at, int sample
     return count;
 }
 
-/* The means of a bundle's nodes that neighbors share. */
-static void average_centers(const shd_scenery *scenery, const shd_bundle *bundle,
-                            const shd_rule *rule, const float *values, float *out) {
-    const int rim = rule->rim, pitch = bundle->width + 2 * rim;
-    ptrdiff_t steps[SHD_NODES_MOST];
-    for (size_t k = 0; k < rule->count; k++)
-        steps[k] = (ptrdiff_t)rule->y[k] * pitch + (ptrdiff_t)rule->x[k];
-    const shd_lattice lattice = {bundle->width, (size_t)bundle->count / bundle->width,
-                                 (size_t)pitch, rule->count,
-                                 steps,         rule->weight};
-    scenery->paint->filter(values + rim * (pitch + 1), &lattice, out);
+/* Whether no light takes any away. */
+static bool all_add(const shd_plan *plan, int32_t group) {
+    const shd_plan_group *of = &plan->groups[group];
+    for (size_t k = 0; k < of->light_count; k++) {
+        const double *color = plan->lights[of->lights[k]].color;
+        if (color[0] < 0 || color[1] < 0 || color[2] < 0) return false;
+    }
+    return true;
+}
+
+/* The means of a chunk's bundles by centers that they share. Some weights are below 0, but no mean
+ * is below `least`. */
+static void average_centers(const shd_scenery *scenery, const shd_tile_scratch *s,
+                            const shd_chunk *c, const float *values, double least, float *out) {
+    double plane[SHD_CENTERS_SIDE][SHD_CENTERS_SIDE];
+    shd_centers_spread(&s->centers, values, plane);
+    for (size_t b = 0; b < c->count; b++) {
+        const shd_bundle *bundle = &c->bundles[b];
+        const size_t pixels = bundle->count, cell = s->pixels[bundle->first];
+        const shd_lattice lattice = {bundle->width, pixels / bundle->width, SHD_CENTERS_SIDE,
+                                     c->rule->weight, least};
+        scenery->paint->filter(&plane[cell / SHD_TILE][cell % SHD_TILE], &lattice, out);
+        out += pixels;
+    }
 }
 
 /* The means of samples of a chunk's bundles, if all of their rays hit. */
@@ -49,15 +63,12 @@ static void average_bundles(const shd_scenery *scenery, const shd_chunk *c, cons
                             float *out) {
     const int samples = (int)c->samples;
     for (size_t b = 0; b < c->count; b++) {
-        const shd_bundle *bundle = &c->bundles[b];
-        const size_t pixels = bundle->count;
-        if (c->rule && c->rule->rim)
-            average_centers(scenery, bundle, c->rule, values, out);
-        else if (c->rule)
+        const size_t pixels = c->bundles[b].count;
+        if (c->rule)
             scenery->paint->weigh(values, pixels, c->rule->weight, c->rule->count, out);
         else
             scenery->paint->average(values, pixels, samples, out);
-        values += shd_shots_of(bundle, c->rule);
+        values += pixels * c->samples;
         out += pixels;
     }
 }
@@ -70,7 +81,8 @@ void shd_add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, const sh
     for (size_t r = 0; r < s->run_count; r++) {
         const shd_run run = s->runs[r];
         const size_t at = f->count;
-        const bool full = run.count == chunk->shots && !s->alpha;
+        const bool full = run.count == chunk->shots && !s->alpha,
+                   shared = chunk->rule && chunk->rule->rim;
         size_t count = pixels;
         if (chunk->rule && !full) continue; /* cancelled: rays are missing */
         if (full) {
@@ -82,6 +94,7 @@ void shd_add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, const sh
         assert(at + count <= f->capacity);
         const size_t terms = shd_terms_of(plan, run.group);
         const int channels = shd_channels_of(plan, run.group);
+        const double least = shared && all_add(plan, run.group) ? 0 : -INFINITY;
         for (size_t p = 0; p < plan->plane_count && !shd_is_cancelled(plan->cancelled); p++) {
             if (p && run.group != SHD_RADIANCE && plan->planes[p].kind != SHD_LAYER_LIGHT)
                 continue; /* it shares the sums of plane 0 */
@@ -90,7 +103,9 @@ void shd_add_fragments(const shd_scenery *scenery, shd_tile_scratch *s, const sh
                     const size_t k = shd_sum_of(plan, p, t, c);
                     const float *values = s->sums[k] + run.first;
                     float *out = f->sums[k] + at;
-                    if (full)
+                    if (shared)
+                        average_centers(scenery, s, chunk, values, least, out);
+                    else if (full)
                         average_bundles(scenery, chunk, values, out);
                     else
                         scenery->paint->gather(values, s->place + run.first, run.count, count,

@@ -7,6 +7,7 @@
 #include <stdint.h>
 
 #include "base/cpu.h"
+#include "plan/nodes.h"
 
 enum {
     SHD_TILE = 32, /* pixels of a side; the grid of tiles begins at the picture's (0,0) */
@@ -27,12 +28,11 @@ static inline bool shd_is_span(const uint16_t *cell, size_t length) {
     return !apart;
 }
 
-/* Weights of what lies around each value of a rectangle. */
+/* Weights of what lies around each value of a rectangle, up to SHD_FRINGE to each side. */
 typedef struct shd_lattice {
     size_t width, height, pitch; /* from row to row of what is read */
-    size_t count;
-    const ptrdiff_t *steps; /* [count]: from a value to what weighs */
-    const double *weights;  /* [count] */
+    const double *weights;       /* [2 SHD_FRINGE + 1][2 SHD_FRINGE + 1] */
+    double least;                /* no sum is less */
 } shd_lattice;
 
 typedef struct shd_paint_kernel {
@@ -54,9 +54,9 @@ typedef struct shd_paint_kernel {
     /* The same, of values that weigh differently. */
     void (*weigh)(const float *values, size_t count, const double *weights, size_t samples,
                   float *out);
-    /* The same of values around each one: out[y][x] = the sum of weights[k] times what lies
-     * steps[k] from values[y * pitch + x]. */
-    void (*filter)(const float *values, const shd_lattice *lattice, float *out);
+    /* The same of values around each one: out[y][x] = the sum of weights[j][i] times values[(y + j)
+     * * pitch + x + i]. */
+    void (*filter)(const double *values, const shd_lattice *lattice, float *out);
     /* The same as `average` for values[i] that belong to place[i] < count <= SHD_TILE_PIXELS; 0 if
      * a place has none. */
     void (*gather)(const float *values, const uint16_t *place, size_t values_count, size_t count,

@@ -109,27 +109,42 @@ static void weigh_samples(const float *values, size_t count, const double *weigh
     }
 }
 
-SHD_INLINE void filter_rows(const float *values, const shd_lattice *l, size_t width, float *out) {
-    enum { MOST = 8 };
-    for (size_t y = 0; y < l->height; y++, values += l->pitch, out += width) {
-        double sums[MOST];
-        for (size_t i = 0; i < width; i++) sums[i] = 0;
-        for (size_t k = 0; k < l->count; k++) {
-            const float *at = values + l->steps[k];
-            for (size_t i = 0; i < width; i++) sums[i] += l->weights[k] * (double)at[i];
-        }
-        for (size_t i = 0; i < width; i++) out[i] = (float)sums[i];
+enum { WIDE = SHD_W / 2 }; /* doubles of a vector */
+
+/* A row's next values, so many vectors of them. */
+SHD_INLINE void filter_span(const double *values, const shd_lattice *l, int vectors, float *out) {
+    enum { SIDE = 2 * SHD_FRINGE + 1 };
+    shd_vd sums[8 / 2];
+    for (int v = 0; v < vectors; v++) sums[v] = (shd_vd){0};
+    for (int row = 0; row < SIDE; row++)
+        for (int column = 0; column < SIDE; column++)
+            for (int v = 0; v < vectors; v++)
+                sums[v] += l->weights[row * SIDE + column] *
+                           shd_vd_load(values + (size_t)row * l->pitch + column + v * WIDE);
+    const shd_vd least = l->least + (shd_vd){0};
+    for (int v = 0; v < vectors; v++) {
+        const shd_vh narrow = shd_vh_narrow(shd_vd_max(sums[v], least));
+        memcpy(out + v * WIDE, &narrow, sizeof narrow);
     }
 }
 
-/* Blocks and their quarters, unless an edge of the picture cuts them. */
-static void filter_values(const float *values, const shd_lattice *l, float *out) {
-    if (l->width == 8)
-        filter_rows(values, l, 8, out);
-    else if (l->width == 4)
-        filter_rows(values, l, 4, out);
-    else
-        filter_rows(values, l, l->width, out);
+/* What less than a vector is left of a row at an edge of the picture. */
+static float filter_value(const double *values, const shd_lattice *l) {
+    enum { SIDE = 2 * SHD_FRINGE + 1 };
+    double sum = 0;
+    for (size_t row = 0; row < SIDE; row++)
+        for (size_t column = 0; column < SIDE; column++)
+            sum += l->weights[row * SIDE + column] * values[row * l->pitch + column];
+    return (float)(sum > l->least ? sum : l->least);
+}
+
+static void filter_values(const double *values, const shd_lattice *l, float *out) {
+    for (size_t y = 0; y < l->height; y++, values += l->pitch, out += l->width) {
+        size_t x = 0;
+        for (; x + 8 <= l->width; x += 8) filter_span(values + x, l, 8 / WIDE, out + x);
+        for (; x + WIDE <= l->width; x += WIDE) filter_span(values + x, l, 1, out + x);
+        for (; x < l->width; x++) out[x] = filter_value(values + x, l);
+    }
 }
 
 static void gather_samples(const float *values, const uint16_t *place, size_t values_count,

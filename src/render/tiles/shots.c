@@ -148,14 +148,6 @@ typedef struct block_kinds {
     uint32_t object[SHD_BLOCKS][SHD_QUARTERS]; /* of what takes rules */
 } block_kinds;
 
-/* Samples that a part's pixels take by the first of the rules `fit`, all together. */
-static size_t price_of(const shd_tile_scratch *s, unsigned fit, size_t side, size_t samples) {
-    if (!fit) return side * side * samples;
-    const shd_rule *rule = &s->rules[__builtin_ctz(fit)];
-    const size_t beyond = side + 2 * (size_t)rule->rim;
-    return rule->rim ? beyond * beyond : side * side * rule->count;
-}
-
 static uint8_t taken(unsigned fit) {
     return fit ? (uint8_t)(__builtin_ctz(fit) + 1) : TAKE_ALL;
 }
@@ -172,29 +164,21 @@ static unsigned find_fits(const shd_scenery *scenery, size_t block, int part,
     return shd_find_rules(plan, &a, s->rules, s->rule_count, 1);
 }
 
-/* Finds which rules each quarter of a block may take: one that all of them may take, or for each
- * its own, whichever is cheaper. */
+/* Finds which rule each quarter of a block may take. */
 static bool find_parts(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s,
                        block_kinds *out) {
-    enum { SIDE = SHD_BLOCK_SIDE / 2 };
-    const size_t samples = (size_t)scenery->plan->scene->raster.samples;
     uint32_t *object = out->object[block];
-    unsigned fits[SHD_QUARTERS], all = ~0u;
-    size_t price = 0;
-    bool some = false;
+    uint8_t *takes = out->takes[block];
+    bool some = false, same = true;
     for (int part = 0; part < SHD_QUARTERS; part++) {
         shd_seen seen[SHD_SEEN_MOST];
         const bool empty = !shd_sight_seen(scenery->sight, &s->survey, block, part, seen);
-        fits[part] = empty ? 0 : find_fits(scenery, block, part, s, &object[part]);
-        all &= object[part] == object[0] ? fits[part] : 0;
-        price += empty ? 0 : price_of(s, fits[part], SIDE, samples);
-        out->takes[block][part] = empty ? TAKE_NONE : taken(fits[part]);
-        some |= empty || fits[part];
+        takes[part] = empty ? TAKE_NONE : taken(find_fits(scenery, block, part, s, &object[part]));
+        some |= takes[part] != TAKE_ALL;
+        same &= takes[part] == takes[0] && object[part] == object[0];
     }
-    if (!some || price < price_of(s, all, SHD_BLOCK_SIDE, samples)) return some;
-    memset(out->takes[block], taken(all), SHD_QUARTERS);
-    out->whole[block] = true;
-    return all;
+    out->whole[block] = same;
+    return some;
 }
 
 /* Whether a block's pixels, or some of them, may take rules. */
@@ -308,9 +292,6 @@ void shd_list_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch
 
 /* ---- Chunks. ---- */
 
-/* What is added to the cells of shots that neighbors share, and to where they are in the tile. */
-enum { LATTICE = 0x8000, MARGIN = 1 };
-
 /* Makes sample `from` of all pixels of a bundle, then the next one, and so on: a sample's rays
  * lie beside each other, and so do the values that make the means of neighboring pixels. */
 static void make_shots(shd_tile tile, const uint16_t *cells, size_t pixels, size_t samples,
@@ -332,32 +313,26 @@ static void make_shots(shd_tile tile, const uint16_t *cells, size_t pixels, size
     }
 }
 
-/* Makes shots through the centers of a bundle's pixels and of those around it. Their cells are no
- * other shots': they tell what is kept of them (keep.h). */
-static void make_lattice(shd_tile tile, const shd_bundle *bundle, int rim, size_t pattern,
-                         size_t at, shd_tile_scratch *s) {
-    const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE,
-              cell = s->pixels[bundle->first], x0 = cell % SHD_TILE - rim,
-              y0 = cell / SHD_TILE - rim, x1 = x0 + bundle->width + 2 * rim,
-              y1 = y0 + bundle->count / bundle->width + 2 * rim;
-    memset(s->sample + at, (int)shd_center_sample(pattern), (size_t)((x1 - x0) * (y1 - y0)));
-    for (int y = y0; y < y1; y++)
-        for (int x = x0; x < x1; x++, at++) {
-            s->shot_cell[at] = (uint16_t)(LATTICE | ((y + MARGIN) * 2 * SHD_TILE + x + MARGIN));
-            s->x[at] = left + x;
-            s->y[at] = top + y;
-        }
-}
-
-size_t shd_shots_of(const shd_bundle *b, const shd_rule *rule) {
-    if (!rule || !rule->rim) return (size_t)b->count * b->samples;
-    const size_t more = 2 * (size_t)rule->rim;
-    return (b->width + more) * (b->count / b->width + more);
-}
-
 /* Whether two bundles' rays may be cast together. */
 static bool go_together(const shd_bundle *a, const shd_bundle *b) {
     return a->samples == b->samples && a->rule == b->rule && (!a->rule || a->object == b->object);
+}
+
+/* Takes bundles that share centers, which all have room. */
+static void share_centers(shd_tile tile, shd_tile_scratch *s, size_t first, size_t pattern,
+                          shd_chunk *c) {
+    const int left = tile.x / SHD_TILE * SHD_TILE, top = tile.y / SHD_TILE * SHD_TILE;
+    static_assert(SHD_CENTERS_SIDE * SHD_CENTERS_SIDE <= SHD_CHUNK, "all have room");
+    s->centers = (shd_centers){{0}};
+    for (; first + c->count < s->bundle_count; c->count++) {
+        const shd_bundle *next = &c->bundles[c->count];
+        if (!go_together(c->bundles, next)) break;
+        shd_centers_add(&s->centers, s->pixels[next->first], next->width,
+                        (size_t)next->count / next->width);
+        c->pixels += next->count;
+    }
+    c->shots = shd_centers_list(&s->centers, left, top, s->x, s->y, s->shot_cell);
+    memset(s->sample, (int)shd_center_sample(pattern), c->shots);
 }
 
 shd_chunk shd_make_chunk(shd_tile tile, shd_tile_scratch *s, size_t first, size_t pattern) {
@@ -369,14 +344,15 @@ shd_chunk shd_make_chunk(shd_tile tile, shd_tile_scratch *s, size_t first, size_
         c.rule = &s->rules[begin->rule - 1];
         from = shd_rule_sample(pattern, begin->rule - 1u);
     }
+    if (c.rule && c.rule->rim) {
+        share_centers(tile, s, first, pattern, &c);
+        return c;
+    }
     for (; first + c.count < s->bundle_count; c.count++) {
         const shd_bundle *next = &c.bundles[c.count];
-        const size_t shots = shd_shots_of(next, c.rule);
+        const size_t shots = (size_t)next->count * samples;
         if (!go_together(begin, next) || c.shots + shots > most) break;
-        if (c.rule && c.rule->rim)
-            make_lattice(tile, next, c.rule->rim, pattern, c.shots, s);
-        else
-            make_shots(tile, s->pixels + next->first, next->count, samples, from, c.shots, s);
+        make_shots(tile, s->pixels + next->first, next->count, samples, from, c.shots, s);
         c.pixels += next->count;
         c.shots += shots;
     }

@@ -20,13 +20,10 @@ typedef struct shd_chunk {
 void shd_list_pixels(const shd_scenery *scenery, shd_tile tile, shd_tile_scratch *s);
 
 /* Takes as many bundles from `first` on as there is room for and as take as many samples, and fills
- * s->x, y, sample and shot_cell. `pattern` is how many samples a pixel has. */
+ * s->x, y, sample and shot_cell, and s->centers if they share these. `pattern` is how many samples
+ * a pixel has. */
 shd_chunk shd_make_chunk(shd_tile tile, shd_tile_scratch *s, size_t first, size_t pattern);
 
 /* Casts the chunk's shots, those of each bundle at what its block may show. Fills s->hits and
  * s->now. */
 void shd_shoot_chunk(const shd_scenery *scenery, const shd_chunk *c, shd_tile_scratch *s);
-
-/* How many shots a bundle takes. Nodes at the centers of pixels are shared: row by row, of the
- * bundle's rectangle and of rule->rim more pixels on each side. */
-size_t shd_shots_of(const shd_bundle *bundle, const shd_rule *rule);

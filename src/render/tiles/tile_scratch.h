@@ -3,6 +3,7 @@
 
 #include "plan/bend.h"
 #include "plan/nodes.h"
+#include "render/tiles/centers.h"
 #include "render/tiles/far.h"
 #include "render/tiles/fragments.h"
 #include "shade/lighting.h"
@@ -46,6 +47,7 @@ typedef struct shd_tile_scratch {
     int32_t *x, *y;
     uint8_t *sample;
     uint16_t *shot_cell;
+    shd_centers centers; /* that its bundles share, if any */
 
     /* What the rays hit. */
     shd_hits hits, sorted;                /* in the order of the rays; grouped by material */
