@@ -71,16 +71,20 @@ static void expand_fall(const shd_plan_light *light, double d, double g[6]) {
  * R_j(a) the derivative by h of degrees a of the j-th derivative by e / 2,
  *     R_j(0) = -2^(j-1) (j-1)! g_(j-1), R_j(a) = -n_c R_(j+1)(a - 1_c) + (a_c - 1) R_(j+1)(a - 2_c)
  * for any axis c in a (McMurchie and Davidson 1978). R_0 is what is looked for. */
-static void derive_potential(const shd_plan_light *light, shd_vec3 path, int last,
-                             double to[SHD_FAR_TERMS]) {
+SHD_INLINE void derive_to(const shd_plan_light *light, shd_vec3 path, int last,
+                          double to[SHD_FAR_TERMS]) {
     const double d = shd_length(path), inverse = 1 / d;
     const double n[3] = {path.x * inverse, path.y * inverse, path.z * inverse};
     double g[6], all[SHD_FAR_TERMS + 1], unit = d;
     expand_fall(light, d, g);
     all[0] = shd_far_factor[last - 1] * g[last - 1];
+#pragma GCC unroll 6
     for (int j = last - 1; j >= 0; j--) {
+#pragma GCC unroll 6
         for (int degree = last - j; degree > 0; degree--)
+#pragma GCC unroll 7
             for (int r = 0; r <= degree; r++)
+#pragma GCC unroll 7
                 for (int z = 0; z <= r; z++) {
                     const shd_far_step step = shd_far_step_of(degree, r, z);
                     double sum = -n[step.axis] * all[step.once];
@@ -92,6 +96,16 @@ static void derive_potential(const shd_plan_light *light, shd_vec3 path, int las
     for (int degree = 1; degree <= last; degree++, unit *= inverse)
         for (size_t k = shd_monomials_below(degree); k < shd_monomials_below(degree + 1); k++)
             to[k - 1] = unit * all[k];
+}
+
+static void derive_potential(const shd_plan_light *light, shd_vec3 path, int last,
+                             double to[SHD_FAR_TERMS]) {
+    if (last > 4)
+        derive_to(light, path, 6, to);
+    else if (last > 3)
+        derive_to(light, path, 4, to);
+    else
+        derive_to(light, path, 3, to);
 }
 
 void shd_far_add(const shd_plan_light *light, shd_far *to) {
