@@ -164,6 +164,25 @@ static bool has_vast_tiles(const picture *p) {
     return all > 1 << 27 && all > 64 * whole;
 }
 
+/* One piece that is longer than `bytes`, which libtiff reads as far as it wants: a whole one has
+ * the sum that it ends with all the same, and a spoilt one seldom. *spare is how much may be
+ * unpacked for that, of all pieces. */
+static bool is_whole(struct libdeflate_decompressor *unpacker, const unsigned char *from,
+                     size_t length, size_t *spare) {
+    enum { EXPANSION = 1032 }; /* the most of deflate */
+    const size_t most = length < *spare / EXPANSION ? length * EXPANSION : *spare;
+    size_t made;
+    void *room = most ? malloc(most) : NULL;
+    if (!room) return true;
+    *spare -= most;
+    const enum libdeflate_result result =
+        libdeflate_zlib_decompress(unpacker, from, length, room, most, &made);
+    free(room);
+    return result != LIBDEFLATE_BAD_DATA;
+}
+
+enum { PIECE_MOST = 64 << 20 };
+
 /* Of `count` pieces of `bytes`, as far as these are not more than all pictures' that are read.
  * Pieces may be where others are: once so much was read as there is in the file, all others are
  * libtiff's to judge, and so is one that is shorter than it is to be, or longer, as which some
@@ -172,20 +191,24 @@ static bool unpack_all(const file *f, const picture *p, struct libdeflate_decomp
                        uint64_t count, void *room, size_t bytes) {
     const uint64_t all_most = (uint64_t)2 << 30;
     uint64_t left = f->size;
+    size_t spare = PIECE_MOST;
     for (uint64_t i = 0, at, length; i < count && i <= all_most / bytes; i++) {
         size_t made;
         if (!find_piece(f, p, i, &at, &length) || !length) continue;
         if (length > left) break;
         left -= length;
-        if (libdeflate_zlib_decompress(unpacker, f->data + at, (size_t)length, room, bytes,
-                                       &made) == LIBDEFLATE_BAD_DATA)
+        const unsigned char *from = f->data + at;
+        const enum libdeflate_result result =
+            libdeflate_zlib_decompress(unpacker, from, (size_t)length, room, bytes, &made);
+        if (result == LIBDEFLATE_BAD_DATA) return false;
+        if (result == LIBDEFLATE_INSUFFICIENT_SPACE &&
+            !is_whole(unpacker, from, (size_t)length, &spare))
             return false;
     }
     return true;
 }
 
 shd_status shd_decode_check_tiff(const unsigned char *data, size_t size, shd_error *error) {
-    enum { PIECE_MOST = 64 << 20 };
     file f = {.data = data, .size = size, .high_first = *data == 'M'};
     f.big = get_number(&f, 2, 2) == 43;
     picture p;

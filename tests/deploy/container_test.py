@@ -126,7 +126,7 @@ def build(tag, *arguments):
     subprocess.run(["buildah", "bud", "--isolation", "chroot", "--network", "host", "--layers",
                     "--format", "docker", "--build-arg", f"BASE={BASE}", *arguments, "-t", tag,
                     "-f", str(DEPLOY / "container/Containerfile"), str(SOURCE)],
-                   stdin=subprocess.DEVNULL, stdout=sys.stderr, check=True, timeout=PATIENCE)
+                   stdin=subprocess.DEVNULL, stdout=sys.stderr, check=True, timeout=3 * PATIENCE)  # it compiles
 
 
 class Container:

@@ -160,6 +160,13 @@ static void packed_rows_of_a_tiff_are_looked_at(void **state) {
     assert_in_range(count_untold(&f, shd_decode_check_tiff, first), 0, 20 - sizeof packed + 3);
     for (size_t size = 8; size < f.size; size++) /* for the walk to tell */
         check(&f, shd_decode_check_tiff, size, &error);
+    /* 1000 zeros are more than the strip has room for, but whole; then the sum is another one. */
+    static const unsigned char longer[] = {0x78, 0xda, 0x63, 0x60, 0x18, 0x05, 0xa3, 0x60, 0x14,
+                                           0x0c, 0x77, 0x00, 0x00, 0x03, 0xe8, 0x00, 0x01};
+    memcpy(f.bytes + first, longer, sizeof longer);
+    assert_int_equal(check(&f, shd_decode_check_tiff, f.size, &error), SHD_OK);
+    f.bytes[first + sizeof longer - 1] ^= 1;
+    assert_int_equal(check(&f, shd_decode_check_tiff, f.size, &error), SHD_SCENE);
 }
 
 enum { SHARED = 200 }; /* strips, of which each but one is where the first is */
