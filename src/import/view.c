@@ -27,6 +27,11 @@ static void find_box(const shd_scene_writer *w, shd_vec3 *low, shd_vec3 *high) {
     }
 }
 
+/* How far a target has to be from a position at least, so that floats tell them apart. */
+static double reach_at(shd_vec3 at) {
+    return 1e-5 * fmax(fabs(at.x), fmax(fabs(at.y), fabs(at.z)));
+}
+
 /* A view from the front, the right and above that holds the box. */
 static void put_framing_camera(const shd_scene_writer *w) {
     enum { FOV = 30 };
@@ -48,6 +53,7 @@ static void put_framing_camera(const shd_scene_writer *w) {
         distance = fmax(distance, shd_dot(p, back) + 1.05 * aside / slope);
     }
     if (!(distance > 0)) distance = 1;
+    distance = fmax(distance, reach_at(middle));
     const shd_vec3 at = shd_add(middle, shd_scale(back, distance));
     fputs("  \"camera\": {\"position\": ", w->out);
     shd_put_numbers(w->out, (const double[]){at.x, at.y, at.z}, 3);
@@ -71,7 +77,8 @@ static bool is_camera(const shd_model_camera *c) {
 static void put_camera(const shd_scene_writer *w, const shd_model_camera *c) {
     shd_vec3 forward = {0, 0, -1};
     shd_normalize(vec_of(c->forward), &forward);
-    const shd_vec3 target = shd_add(vec_of(c->position), forward);
+    const double reach = fmax(1, reach_at(vec_of(c->position)));
+    const shd_vec3 target = shd_add(vec_of(c->position), shd_scale(forward, reach));
     fprintf(w->out, "  \"camera\": {\"type\": \"%s\", \"position\": ",
             c->fov > 0 ? "perspective" : "orthographic");
     shd_put_numbers(w->out, c->position, 3);

@@ -559,6 +559,10 @@ class Textures(Case):
         _, said = self.load("model.gltf", textured(material, images=[clear]), "--assets", "assets")
         self.assertIn("factor of its opacity, 0.5, is left out", said)
 
+    def test_what_is_far_away_is_looked_at(self):
+        self.load("model.gltf", textured(nodes=[{"mesh": 0, "translation": [1e9, 1e9, 1e9]}]))
+        self.assertEqual(self.shade("check", "scene.json").stderr, "")
+
     def test_statements_of_old_files_spoil_none(self):
         (self.folder / "model.mtl").write_text(
             "newmtl a\nKa spectral a.rfl 1\nKd .5 .25 1\nKs xyz 0.1 0.2 0.3\nNs .5\nillum 2\nd -halo .75\n"
