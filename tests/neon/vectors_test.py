@@ -14,7 +14,7 @@ FUSED = re.compile(r"f(ml[as]|n?m(add|sub))$")
 
 # The least share of vectors in the arithmetic of kernels. The first two are written in vectors;
 # others are loops that GCC makes vectors of, the torus's only where they have no break.
-SHARES = {"shade/fast": 1, "shade/wide": 0.99, "sight/cast": 0.8,
+SHARES = {"shade/fast": 1, "shade/wide": 0.98, "sight/cast": 0.8,
           "sight/ball": 0.6, "sight/shapes": 0.6, "sight/torus": 0.4}
 FUSING = {"shade/fast"}
 

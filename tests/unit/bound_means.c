@@ -154,7 +154,7 @@ static void set_plan(stage *s, const shd_bend *bend, uint64_t *random) {
     s->material.lobe_count = (size_t)uniform(random, 0, MOST_LOBES + 0.99);
     for (size_t k = 0; k < s->material.lobe_count; k++) {
         s->lobes[k].shininess =
-            uniform(random, 0, 1) < 0.1 ? floor(uniform(random, 0, 4)) : decades(random, 0.3, 1e4);
+            uniform(random, 0, 1) < 0.1 ? floor(uniform(random, 0, 4)) : decades(random, 0.3, 1e6);
         for (int c = 0; c < 3; c++) s->lobes[k].specular[c] = uniform(random, 0, 1);
     }
     s->group = (shd_plan_group){.lights = s->list,
