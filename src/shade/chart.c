@@ -5,6 +5,9 @@ static const double TURN = 2 * SHD_PI;
 /* Slopes of angles near a pole, where they have no limit. */
 static const double LEAST = 1e-9;
 
+/* How far from the seam, in radii, a point is on it. */
+static const double ON_SEAM = 1e-9;
+
 /* No plane counts as seen with a lesser cosine. */
 static const double STEEPEST = 1e-6;
 
@@ -20,10 +23,12 @@ typedef struct place {
     shd_vec3 du, dv;
 } place;
 
-/* The angle around the y axis, from -z on, in turns. */
+/* The angle around the y axis, from -z on, in turns. Where it begins, points are at its end that
+ * rounding may put on either side: what is seen there would else jump with a hit's last bits. */
 static void go_around(shd_vec3 p, place *out) {
     const double square = shd_larger(p.x * p.x + p.z * p.z, LEAST * LEAST);
-    out->u = 0.5 + atan2(p.x, p.z) / TURN;
+    const bool at_seam = p.z < 0 && fabs(p.x) <= -ON_SEAM * p.z;
+    out->u = at_seam ? 1 : 0.5 + atan2(p.x, p.z) / TURN;
     out->du = (shd_vec3){p.z / (TURN * square), 0, -p.x / (TURN * square)};
 }
 
