@@ -117,7 +117,8 @@ export function checkProblem(answer) {
 const reasons = [...rules.map(([rule]) => new RegExp(rule)), /the limit `\w+`/, /^no tier stays within/,
                  /^\w+ of quality \d+ does not stay within/, /^no bound in \w+ is known for this scene/,
                  /^what \w+ loses is not known/, /^it cannot be drawn/, /^a pattern or a picture is many reflectances/,
-                 /^a material with a map of normals needs /];
+                 /^a material with a map of normals needs /,
+                 /^a westin material has no pattern or picture in a spectral scene/];
 
 // The refusal of a scene that is valid by the schema names only what a schema cannot say.
 export function checkBeyondSchema(answer) {
