@@ -33,8 +33,8 @@
  * u. Points are off by u r (3 + 14.5 / c + 52 / c^2), and by 7 u of their way from the middle by
  * their map's roundings: with lights NEAR M / c away, 14 u of light's directions.
  *
- * tests/property/sketch.c sees a tenth of it: these are the most that roundings add up to where all
- * of them lie one way, at the most grazing rays that are sketched. */
+ * tests/property/sketch.c sees an eighth of it: these are the most that roundings add up to where
+ * all of them lie one way, at the most grazing rays that are sketched. */
 #include <string.h>
 
 #include "shade/sketch_job.h"

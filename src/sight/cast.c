@@ -44,7 +44,10 @@ void shd_hits_lay_out(const shd_plan *plan, size_t capacity, shd_scratch *memory
 void shd_hits_pad(shd_hits *hits) {
 #define PAD(array, wanted)                                                                         \
     if (hits->array)                                                                               \
-        for (size_t k = hits->count; k % GROUP; k++) hits->array[k] = hits->array[hits->count - 1]
+        for (size_t k = 0; k < GROUP - 1; k++) hits->array[count + k] = hits->array[count - 1]
+    const size_t count = hits->count;
+    if (!count) return;
+    assert(hits->capacity - count >= GROUP - 1);
     ARRAYS(PAD)
 #undef PAD
 }

@@ -44,8 +44,8 @@ typedef struct shd_hits {
 /* Lays out memory for `capacity` hits, rounded up to a multiple of 16. */
 void shd_hits_lay_out(const shd_plan *plan, size_t capacity, shd_scratch *memory, shd_hits *out);
 
-/* Repeats the last hit, if there is one, up to the next multiple of 16, so that vectors of any
- * width see finite values. The count stays. */
+/* Repeats the last hit, if there is one, 15 times, so that vectors of any width see finite values
+ * wherever they begin. The count stays, and there is room for 15 more. */
 void shd_hits_pad(shd_hits *hits);
 
 /* Whether all hits are of the same object. True if there are none. */
