@@ -117,7 +117,7 @@ static shd_model_picture load_picture(shd_map_reader *r, const char *name) {
 /* 1 + the index of the picture that has this key; 0: none has. */
 static uint32_t find_picture(const shd_map_reader *r, const char *key) {
     for (size_t i = 0; i < r->count; i++)
-        if (!strcmp(r->keys[i], key)) return (uint32_t)(i + 1);
+        if (!strcmp(r->keys[i].text, key)) return (uint32_t)(i + 1);
     return 0;
 }
 
@@ -127,15 +127,15 @@ static bool put_key(shd_map_reader *r, const char *key) {
     if (r->count == r->capacity) {
         const size_t capacity = r->capacity ? 2 * r->capacity : 16;
         shd_model_picture *more = realloc(r->pictures, capacity * sizeof *more);
-        char **keys = realloc(r->keys, capacity * sizeof *keys);
+        shd_picture_key *keys = realloc(r->keys, capacity * sizeof *keys);
         if (more) r->pictures = more;
         if (keys) r->keys = keys;
         r->full = !more || !keys;
         if (r->full) return false;
         r->capacity = capacity;
     }
-    r->keys[r->count] = strdup(key);
-    r->full = !r->keys[r->count];
+    r->keys[r->count] = (shd_picture_key){.text = strdup(key)};
+    r->full = !r->keys[r->count].text;
     return !r->full;
 }
 
@@ -267,7 +267,7 @@ static void put_unseen(shd_map_reader *r, const char *name, shd_model_material *
 /* How many pictures have keys that begin so. */
 static size_t count_pictures(const shd_map_reader *r, const char *begin, size_t length) {
     size_t count = 0;
-    for (size_t i = 0; i < r->count; i++) count += !strncmp(r->keys[i], begin, length);
+    for (size_t i = 0; i < r->count; i++) count += !strncmp(r->keys[i].text, begin, length);
     return count;
 }
 
@@ -319,24 +319,33 @@ static bool looks_like_normals(const shd_model_picture *p) {
            p->mean[2] > 0.75f;
 }
 
+/* 1 + the index of the normals that a picture's heights become, which are made once: many
+ * materials may have the same. It has no bytes if its key says that heights are flat or cannot be
+ * read. 0: there is no memory. */
+static uint32_t put_normals(shd_map_reader *r, uint32_t heights, bool repeats) {
+    const shd_model_picture from = r->pictures[heights - 1];
+    shd_relief relief = {.file = NULL};
+    char key[64], name[PATH_ROOM];
+    snprintf(key, sizeof key, "normals of %u, %d", heights, repeats);
+    const uint32_t known = find_picture(r, key);
+    if (known || !put_key(r, key)) return known;
+    const bool made =
+        from.bytes.count &&
+        shd_normals_of_heights(r->block->bytes + from.bytes.at, from.bytes.count, repeats, &relief);
+    r->keys[r->count].steepest = made ? (float)relief.steepest : -1;
+    snprintf(name, sizeof name, "%.*s", (int)from.name.count, r->block->bytes + from.name.at);
+    r->pictures[r->count++] = make_picture(r, name, relief.file, relief.length);
+    free(relief.file);
+    return (uint32_t)r->count;
+}
+
 /* Turns the map's heights into normals. False: it cannot be done. */
 static bool turn_heights(shd_map_reader *r, shd_model_map *map) {
-    const shd_model_picture from = r->pictures[map->picture - 1];
-    const bool repeats = map->wrap == SHD_MODEL_REPEAT;
-    shd_relief relief;
-    char key[64], name[PATH_ROOM];
-    snprintf(key, sizeof key, "normals of %u, %d", map->picture, repeats);
-    if (!from.bytes.count || !shd_normals_of_heights(r->block->bytes + from.bytes.at,
-                                                     from.bytes.count, repeats, &relief))
-        return false;
-    map->bump *= (float)relief.steepest;
-    map->picture = relief.file ? find_picture(r, key) : 0; /* what is flat needs none */
-    if (relief.file && !map->picture && put_key(r, key)) {
-        snprintf(name, sizeof name, "%.*s", (int)from.name.count, r->block->bytes + from.name.at);
-        r->pictures[r->count++] = make_picture(r, name, relief.file, relief.length);
-        map->picture = (uint32_t)r->count;
-    }
-    free(relief.file);
+    const uint32_t normals = put_normals(r, map->picture, map->wrap == SHD_MODEL_REPEAT);
+    const float steepest = normals ? r->keys[normals - 1].steepest : -1;
+    if (steepest < 0) return false;
+    map->bump *= steepest;
+    map->picture = steepest > 0 ? normals : 0; /* what is flat needs none */
     return true;
 }
 
@@ -368,7 +377,7 @@ static void put_heights(shd_map_reader *r, const struct aiMaterial *m, const cha
             tell_heights(r, name, file, "is left out, because it cannot be read");
             return;
         }
-        tell_heights(r, name, file, text);
+        tell_heights(r, name, file, map.picture ? text : "is left out, because it is flat");
     }
     if (map.picture) out->maps[SHD_MAP_NORMAL] = map;
 }

@@ -8,15 +8,20 @@
 #include "import/block.h"
 #include "import/mtl.h"
 
+typedef struct shd_picture_key {
+    char *text;     /* what materials call a picture */
+    float steepest; /* of normals that are made: shd_relief's; -1: the heights cannot be read */
+} shd_picture_key;
+
 typedef struct shd_map_reader {
     const struct aiScene *scene;
     const char *model; /* path of the file, beside which pictures are */
     shd_block *block;
     const shd_mtl *mtl;
     shd_losses *losses;
-    /* [capacity], each once, and what materials call them; nobody frees them: the process ends */
+    /* [capacity], each once; nobody frees them: the process ends */
     shd_model_picture *pictures;
-    char **keys;
+    shd_picture_key *keys;
     size_t count, capacity;
     bool full; /* memory ran out */
 } shd_map_reader;

@@ -10,19 +10,22 @@
 #include "import/mtl.h"
 
 /* Writes a line in another spelling. False: it is well as it is, and nothing was written. `out` is
- * NULL to ask only. */
-typedef bool respell_line(char *line, FILE *out);
+ * NULL to ask only. *goes_on: the line is the rest of one of numbers; set if the next one is. */
+typedef bool respell_line(const char *line, bool *goes_on, FILE *out);
 
 static bool is_blank(char c) {
     return c == ' ' || c == '\t';
 }
 
-static bool respell_obj(char *line, FILE *out) {
+static bool respell_obj(const char *line, bool *goes_on, FILE *out) {
     const char *from = line + strspn(line, " \t");
+    const size_t length = strcspn(line, "\r\n");
+    const bool has_numbers = *goes_on || *from == 'v';
     bool any = false;
-    if (*from != 'v') return false;
-    for (const char *c = from + 1; *c; c++) {
-        if (*c != '.' || !is_blank(c[-1]) || !isdigit((unsigned char)c[1])) continue;
+    *goes_on = has_numbers && length > 0 && line[length - 1] == '\\';
+    if (!has_numbers) return false;
+    for (const char *c = from; *c; c++) {
+        if (*c != '.' || (c > line && !is_blank(c[-1])) || !isdigit((unsigned char)c[1])) continue;
         any = true;
         if (!out) return true;
         fwrite(from, 1, (size_t)(c - from), out);
@@ -33,15 +36,19 @@ static bool respell_obj(char *line, FILE *out) {
     return any;
 }
 
-static bool respell_mtl(char *line, FILE *out) {
+static bool respell_mtl(const char *line, bool *goes_on, FILE *out) {
+    (void)goes_on;
     if (shd_mtl_beyond(line)) {
         if (out) fputc('\n', out);
         return true;
     }
-    char *halo = strstr(line, "-halo");
+    static const char halo[] = "-halo";
+    const size_t length = sizeof halo - 1;
     const char *start = line + strspn(line, " \t");
-    if (*start != 'd' || !is_blank(start[1]) || !halo) return false;
-    if (out) fprintf(out, "d %s", halo + strlen("-halo"));
+    if (*start != 'd' || !is_blank(start[1])) return false;
+    start += 1 + strspn(start + 1, " \t");
+    if (strncmp(start, halo, length) || !is_blank(start[length])) return false;
+    if (out) fprintf(out, "d %s", start + length);
     return true;
 }
 
@@ -49,11 +56,11 @@ static bool respell_mtl(char *line, FILE *out) {
 static bool respell_lines(FILE *file, respell_line *respell, FILE *out) {
     char *line = NULL;
     size_t room = 0;
-    bool any = false;
+    bool any = false, goes_on = false;
     rewind(file);
     ssize_t length;
     while (!(any && !out) && (length = getline(&line, &room, file)) >= 0) {
-        const bool changed = respell(line, out);
+        const bool changed = respell(line, &goes_on, out);
         any |= changed;
         if (out && !changed) fwrite(line, 1, (size_t)length, out);
     }

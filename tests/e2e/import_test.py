@@ -529,6 +529,7 @@ class Textures(Case):
     def test_heights_that_are_none(self):
         a, slopes, said = self.heights([[128, 128]], "bump heights.png\n")
         self.assertNotIn("normal", a)
+        self.assertIn("picture of its heights is left out, because it is flat: heights.png\n", said)
         a, slopes, said = self.heights([[[128, 128, 255], [140, 120, 250]]], "map_Bump -bm 0.5 heights.png\n")
         self.assertIn("has the colors of normals, and is taken for one of these: heights.png\n", said)
         self.assertEqual(a["normal"]["scale"], 0.5)
@@ -566,11 +567,11 @@ class Textures(Case):
     def test_statements_of_old_files_spoil_none(self):
         (self.folder / "model.mtl").write_text(
             "newmtl a\nKa spectral a.rfl 1\nKd .5 .25 1\nKs xyz 0.1 0.2 0.3\nNs .5\nillum 2\nd -halo .75\n"
-            "decal a.png\naniso 0.5\nanisor 0\nrefl -type sphere a.png\nnewmtl b\nKd 1 0 0\n")
-        scene, said = self.load("model.obj", "mtllib model.mtl\nv .5 .25 -.5 1.0\r\nv 1 .5 0\nv 0 1 .5\nvt .5 .25\n"
+            "decal a.png\naniso 0.5\nanisor 0\nrefl -type sphere a.png\nnewmtl b\nKd 1 0 0\nd 0.5 # no -halo\n")
+        scene, said = self.load("model.obj", "mtllib model.mtl\nv .5 .25 -.5 1.0\r\nv 1 \\\n.5 0\nv 0 1 .5\nvt .5 .25\n"
                                 "vn .5 .0 1\nusemtl a\nf 1/1/1 2/1/1 3/1/1\nusemtl b\nf 1 2 3\n")
         a = scene["materials"]["a"]
-        self.assertEqual((a["diffuse"], a["opacity"]), ([0.5, 0.25, 1], 0.75))
+        self.assertEqual((a["diffuse"], a["opacity"], scene["materials"]["b"]["opacity"]), ([0.5, 0.25, 1], 0.75, 0.5))
         for what in "color that is no RGB", "decal", "aniso", "anisor", "refl":
             self.assertIn(f'material "a": its {what} is left out', said)
         self.assertEqual(next(iter(scene["meshes"].values()))["positions"], [0.5, 0.25, -0.5, 1, 0.5, 0, 0, 1, 0.5])
