@@ -163,6 +163,19 @@ static void put_bumps(FILE *out, uint64_t *random) {
     fputs("}", out);
 }
 
+/* In spectra textures of rays are greys: a channel, which has no tint here. */
+static void put_bounced(FILE *out, uint64_t *random, double most) {
+    const bool print = goes_beyond(BEYOND_PRINTS), image = goes_beyond(BEYOND_PICTURES),
+               grey = goes_beyond(BEYOND_SPECTRUM);
+    const int kind = print || image ? one_of(random, 3) : 2;
+    if (kind == 0 && print)
+        put_print(out, random, most, grey);
+    else if (kind < 2 && image)
+        put_image(out, random, most, grey);
+    else
+        put_knobbed(out, random, most, false);
+}
+
 static void put_passage(FILE *out, uint64_t *random) {
     const bool textured = goes_beyond(BEYOND_PRINTS | BEYOND_PICTURES) && one_of(random, 2);
     if (goes_beyond(BEYOND_OPACITY) && one_of(random, 2)) {
@@ -176,11 +189,11 @@ static void put_passage(FILE *out, uint64_t *random) {
     }
     if (goes_beyond(BEYOND_MIRRORS) && one_of(random, 2)) {
         fputs(", \"reflection\": ", out);
-        put_knobbed(out, random, 0.6, false);
+        put_bounced(out, random, 0.6);
     }
     if (goes_beyond(BEYOND_GLASS) && one_of(random, 3) == 0) {
         fputs(", \"transmission\": ", out);
-        put_knobbed(out, random, 0.5, false);
+        put_bounced(out, random, 0.5);
         fprintf(out, ", \"ior\": %.17g", decades(random, 0.5, 2.5));
     }
 }
