@@ -605,6 +605,15 @@ class Textures(Case):
                                 "usemtl a\nf 1/1 2/2 3/3\n", "--assets", "assets", *words)
         return scene["materials"]["a"], said
 
+    def test_mirrors_follow_the_picture_of_their_highlight(self):
+        a, said = self.mtl("Ks 0.5 1 0.25\nNs 90\nillum 3\nmap_Ks wood.png\n")
+        self.assertNotIn("left out", said)
+        self.assertEqual(self.kept(a["reflection"]), LEFT_RED)
+        self.assertEqual(a["reflection"], a["specular"])
+        np.testing.assert_allclose(a["reflection"]["tint"], [0.5, 1, 0.25], rtol=1e-6)
+        a, _ = self.mtl("Ks 0.5 1 0.25\nNs 90\nillum 7\nTf 1 1 1\nmap_Ks wood.png\n")
+        self.assertTrue(all(isinstance(part, float | int) for part in a["reflection"] + a["transmission"]))
+
     def test_files_that_no_daemon_takes_by_default_are_told(self):
         large = LEFT_RED + bytes(32 << 20)  # behind its end, where nobody looks
         (self.folder / "large.png").write_bytes(large)
