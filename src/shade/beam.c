@@ -79,7 +79,6 @@ shd_coefficients shd_coefficients_at(const shd_plan *plan, const shd_beam *beam,
                                      shd_ray_rows rows) {
     const shd_plan_textures *textures = textures_of(plan, beam->object);
     shd_coefficients out = shd_coefficients_of(plan, beam->object);
-    if (!textures || !textures->rayed) return out;
     const shd_footprint uv = shd_beam_footprint(plan->scene, beam);
     for (int k = 0; k < SHD_RAY_COEFFICIENTS; k++)
         if (textures->rays[k].texture) fill_row(plan, &textures->rays[k], &uv, rows[k]);

@@ -29,11 +29,11 @@ void shd_ray_mean(const shd_ray_texture *of, const shd_footprint *uv, double out
 /* Of an object at one point: a row for each of its textures. */
 typedef double shd_ray_rows[SHD_RAY_COEFFICIENTS][SHD_BINS_MOST];
 
-/* What the object makes of rays there, in the channels that they carry: of textures, which `rows`
- * takes, or as the plan has it. */
+/* What an object some of whose coefficients of rays are textures makes of them there, in the
+ * channels that they carry: of textures, which `rows` takes, or as the plan has it. */
 shd_coefficients shd_coefficients_at(const shd_plan *plan, const shd_beam *beam, shd_ray_rows rows);
 
-/* The same of its opacity alone, with one row. */
+/* The same of the opacity of any object, with one row. */
 const double *shd_opacity_at(const shd_plan *plan, const shd_beam *beam, double *row);
 
 /* Takes the rows of the material's textures in place of what is the material's own. */

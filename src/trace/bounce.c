@@ -254,7 +254,9 @@ static void follow_step(path *p, step *s) {
     const double width = varies ? shd_beam_width(plan->scene, s->length) : 0;
     const shd_beam beam = {met.object, met.triangle, at.position, at.own, ray, width};
     shd_ray_rows rows;
-    const shd_coefficients k = shd_coefficients_at(plan, &beam, rows);
+    const bool rayed = material->textures && material->textures->rayed;
+    const shd_coefficients k =
+        rayed ? shd_coefficients_at(plan, &beam, rows) : shd_coefficients_of(plan, met.object);
     if (shd_turns_normals(plan, met.object)) shd_bump_beam(plan->scene, &beam, &p->sharp, &surface);
     b->local.light(b->local.context, p->scratch, &surface, &met, width, p->local);
     p->out.edge |= hit.ray.lost;
