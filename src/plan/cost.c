@@ -221,7 +221,9 @@ static double patterns_of(const shd_plan_material *material, bool faceted) {
     for (size_t p = 0; textures && p < textures->pattern_count; p++)
         sum += textures->patterns[p].picture ? PICTURE : MEAN;
     if (faceted) return sum;
-    if (material->normal) sum += (textures ? 0 : FOOTPRINT) + PICTURE + FRAME;
+    if (material->normal)
+        sum += (textures ? 0 : FOOTPRINT) + FRAME +
+               (material->normal->pattern.picture ? PICTURE : MEAN);
     if (material->antialiased) sum += BEND + WIDEN * (double)material->lobe_count;
     return sum;
 }

@@ -170,8 +170,10 @@ typedef struct shd_material {
     const shd_texture *const *lobe_textures; /* [lobe_count]; NULL: no lobe has one */
     /* The opacity, if it is one and the scene is traced; `opacity` is then the least of it. */
     const shd_texture *opacity_texture;
-    /* A map of normals: a picture whose texels are unit vectors (shd_picture_wish.normals), in the
-     * frame that shade/bump.h tells; `high` is its scale. NULL: normals are the surface's own. */
+    /* A map of normals, in the frame that shade/bump.h tells: a picture whose texels are unit
+     * vectors (shd_picture_wish.normals), with its scale in `high`; or a pattern of `low` and
+     * `high`, vectors of any length but 0, whose mix is not made unit yet. NULL: normals are the
+     * surface's own. */
     const shd_texture *normal_texture;
 } shd_material;
 
