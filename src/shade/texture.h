@@ -11,7 +11,7 @@ double shd_pattern_mean(const shd_pattern *pattern, const shd_footprint *uv);
 
 /* The variance of a pattern's field over a footprint where `mean` is its mean, of which there is no
  * more than mean (1 - mean). Checkers and grids, which are 0 or 1, have that; gradients have their
- * own, exactly. Noise has what is expected of a footprint of that size anywhere, within a few
+ * own, exactly. Noise has what is expected of a footprint of that size anywhere, to some 10
  * percent. Not finite: the most. Any thread. */
 double shd_pattern_variance(const shd_pattern *pattern, const shd_footprint *uv, double mean);
 

@@ -104,7 +104,7 @@ static void variances_are_those_of_all_points(void **state) {
 /* Of noise it is what footprints have on the average. */
 static void noise_varies_as_much_as_is_expected(void **state) {
     (void)state;
-    enum { PLACES = 150, POINTS = 300 };
+    enum { PLACES = 900, POINTS = 60 };
     for (int k = 0; k < 12; k++) {
         const shd_pattern p = {
             .kind = SHD_NOISE, .map = {{1, 0, 0}, {0, 1, 0}}, .octaves = 1 + k % 3};
