@@ -224,7 +224,9 @@ static double patterns_of(const shd_plan_material *material, bool faceted) {
         if (textures->rays[k].texture)
             sum += textures->rays[k].texture->pattern.picture ? PICTURE : MEAN;
     if (faceted) return sum;
-    if (material->normal) sum += (textures ? 0 : FOOTPRINT) + PICTURE + FRAME;
+    if (material->normal)
+        sum += (textures ? 0 : FOOTPRINT) + FRAME +
+               (material->normal->pattern.picture ? PICTURE : MEAN);
     if (material->antialiased) sum += BEND + WIDEN * (double)material->lobe_count;
     return sum;
 }

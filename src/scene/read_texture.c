@@ -1,6 +1,7 @@
 /* Coefficients that are patterns or pictures, and which objects they may be on. */
 #include <string.h>
 
+#include "scene/css.h"
 #include "scene/read.h"
 
 const char *const shd_pattern_names[] = {"checker", "grid", "gradient", "noise", NULL};
@@ -67,6 +68,33 @@ static void read_colors(shd_reader *r, const shd_node *node, void *out) {
     }
 }
 
+/* A normal as a texel has it: numbers that are no color. */
+static void read_code(shd_reader *r, const shd_node *node, double out[3]) {
+    shd_css_color color;
+    shd_css_wrong wrong;
+    if (json_is_array(node->value)) {
+        shd_get_numbers(r, node, 3, 3, "an array of 3 numbers", out);
+        return;
+    }
+    /* No other notation of CSS: most of these are of colors. */
+    const char *text = json_string_value(node->value), *digits = "0123456789abcdefABCDEF";
+    const size_t length = text && text[0] == '#' ? strlen(text + 1) : 0;
+    if ((length == 3 || length == 6) && strspn(text + 1, digits) == length &&
+        shd_css_read(text, &color, &wrong))
+        memcpy(out, color.rgb, sizeof color.rgb);
+    else
+        shd_node_expect(r->report, node, "a normal: 3 numbers from 0 to 1, or \"#rrggbb\"");
+}
+
+static void read_codes(shd_reader *r, const shd_node *node, void *out) {
+    double(*codes)[3] = out;
+    if (!shd_is_array(r, node, 2, 2, "an array of 2 normals")) return;
+    for (size_t i = 0; i < json_array_size(node->value) && i < 2; i++) {
+        const shd_node item = shd_node_item(node, i);
+        read_code(r, &item, codes[i]);
+    }
+}
+
 static void read_name(shd_reader *r, const shd_node *node, void *out) {
     const char *name =
         shd_get_text(r, node, "the name of a picture, or \"sha256-\" and its digits");
@@ -84,41 +112,52 @@ static shd_pattern pattern_of(const raw_pattern *raw) {
                          .octaves = raw->kind == SHD_NOISE ? raw->octaves : 0};
 }
 
-/* Kinds behind those of patterns: pictures of what is no color, and of normals. */
-enum { PLAIN_PICTURE = SHD_PICTURE + 1, NORMAL_MAP };
+/* Kinds behind those of patterns: pictures of what is no color, and of normals, and patterns of
+ * normals, from checkers on. */
+enum { PLAIN_PICTURE = SHD_PICTURE + 1, NORMAL_MAP, NORMAL_PATTERN };
 
 static bool read_members(shd_reader *r, const shd_node *node, int kind, raw_pattern *raw) {
     enum {
         PATTERNS = (1 << SHD_PATTERN_COUNT) - 1,
         COLORS = 1 << SHD_PICTURE,
         PICTURES = COLORS | 1 << PLAIN_PICTURE,
-        NORMALS = 1 << NORMAL_MAP
+        NORMAL_PATTERNS = PATTERNS << NORMAL_PATTERN,
+        NORMALS = 1 << NORMAL_MAP | NORMAL_PATTERNS,
+        GRIDS = 1 << SHD_GRID | 1 << (NORMAL_PATTERN + SHD_GRID),
+        NOISES = 1 << SHD_NOISE | 1 << (NORMAL_PATTERN + SHD_NOISE)
     };
     static const shd_range width = {0, 1, true, true, "between 0 and 1"},
                            octaves = {1, 8, .text = "1 to 8"},
-                           scale = {-1000, 1000, .text = "-1000 to 1000"};
+                           scale = {-1000, 1000, .text = "-1000 to 1000"},
+                           code = {0, 1, .text = "0 to 1"};
     static const char *const channels[] = {"R", "G", "B", "A", NULL};
     static const shd_field fields[] = {
-        {"pattern", .read = NULL, .kinds = PATTERNS},
-        {"texture", read_name, .offset = offsetof(raw_pattern, name), .kinds = PICTURES | NORMALS},
+        {"pattern", .read = NULL, .kinds = PATTERNS | NORMAL_PATTERNS},
+        {"texture", read_name, .offset = offsetof(raw_pattern, name),
+         .kinds = PICTURES | 1 << NORMAL_MAP},
         {"colors", read_colors, .offset = offsetof(raw_pattern, colors), .kinds = PATTERNS,
          .required = true},
+        {"colors", read_codes, .offset = offsetof(raw_pattern, colors), .kinds = NORMAL_PATTERNS,
+         .range = &code, .required = true},
         {"tint", shd_read_color, .offset = offsetof(raw_pattern, tint), .kinds = COLORS},
         {"space", shd_read_space, .offset = offsetof(raw_pattern, space), .kinds = PICTURES},
         {"channel", shd_read_choice, offsetof(raw_pattern, channel), PICTURES, .choices = channels},
         {"uv", read_uv, .offset = offsetof(raw_pattern, uv)},
-        {"width", shd_read_number, offsetof(raw_pattern, width), 1u << SHD_GRID, .range = &width},
-        {"octaves", shd_read_integer, offsetof(raw_pattern, octaves), 1u << SHD_NOISE,
-         .range = &octaves},
+        {"width", shd_read_number, offsetof(raw_pattern, width), GRIDS, .range = &width},
+        {"octaves", shd_read_integer, offsetof(raw_pattern, octaves), NOISES, .range = &octaves},
         {"scale", shd_read_number, offsetof(raw_pattern, scale), NORMALS, .range = &scale},
     };
-    static const char *const whats[] = {"a checker",       "a grid",    "a gradient",
-                                        "a noise",         "a picture", "a picture of numbers",
-                                        "a map of normals"};
+    static const char *const whats[] = {"a checker",         "a grid",
+                                        "a gradient",        "a noise",
+                                        "a picture",         "a picture of numbers",
+                                        "a map of normals",  "a checker of normals",
+                                        "a grid of normals", "a gradient of normals",
+                                        "a noise of normals"};
+    const int field = kind >= NORMAL_PATTERN ? kind - NORMAL_PATTERN : kind;
     const size_t errors = r->report->error_count;
     *raw = (raw_pattern){
-        .uv = {.scale = {1, 1}, .wrap = kind >= SHD_PICTURE ? SHD_WRAP_REPEAT : SHD_WRAP_CLAMP},
-        .kind = kind > SHD_PICTURE ? SHD_PICTURE : kind,
+        .uv = {.scale = {1, 1}, .wrap = field >= SHD_PICTURE ? SHD_WRAP_REPEAT : SHD_WRAP_CLAMP},
+        .kind = field > SHD_PICTURE ? SHD_PICTURE : field,
         .width = 0.1,
         .octaves = 4,
         .channel = SHD_ALL_CHANNELS,
@@ -314,24 +353,48 @@ void shd_read_bounced_texture(shd_reader *r, const shd_node *node, void *out) {
 
 /* ---- Maps of normals ---- */
 
+/* The vector that a code stands for, of any length but 0. */
+static void turn_code(const double code[3], double scale, double out[3]) {
+    for (int c = 0; c < 3; c++) out[c] = (2 * code[c] - 1) * (c < 2 ? scale : 1);
+    if (out[0] == 0 && out[1] == 0 && out[2] == 0) out[2] = 1;
+}
+
+static bool read_patterned_normals(shd_reader *r, const shd_node *node, shd_texture *out) {
+    const shd_node name = shd_node_member(node, "pattern");
+    const int kind = shd_read_name(r, &name, shd_pattern_names);
+    raw_pattern raw;
+    if (kind < 0 || !read_members(r, node, NORMAL_PATTERN + kind, &raw)) return false;
+    out->pattern = pattern_of(&raw);
+    turn_code(raw.colors[0], raw.scale, out->low);
+    turn_code(raw.colors[1], raw.scale, out->high);
+    return true;
+}
+
+static bool read_pictured_normals(shd_reader *r, const shd_node *node, shd_texture *out) {
+    raw_pattern raw;
+    if (!take_picture(r, node, NORMAL_MAP, &raw, &out->pattern)) return false;
+    for (int c = 0; c < 3; c++) out->high[c] = raw.scale;
+    out->name = raw.name;
+    return true;
+}
+
 void shd_read_normal_map(shd_reader *r, const shd_node *node, void *out) {
     const shd_texture **place = out;
-    raw_pattern raw;
+    const bool is_pattern = json_object_get(node->value, "pattern");
     *place = NULL;
     if (r->in_library) {
         shd_wrong(r, node, "a material of the library has no map of normals");
         return;
     }
-    if (!json_object_get(node->value, "texture")) {
-        shd_wrong(r, node, "must be a picture of normals, {texture, scale, uv}%s",
-                  json_object_get(node->value, "pattern") ? ": patterns have none" : "");
+    if (!is_pattern && !json_object_get(node->value, "texture")) {
+        shd_wrong(r, node,
+                  "must be a picture of normals, {texture, scale, uv}, or a pattern of two, "
+                  "{pattern, colors, scale, uv}");
         return;
     }
     shd_texture *texture = shd_take(r, 1, sizeof *texture);
-    if (!texture || !take_picture(r, node, NORMAL_MAP, &raw, &texture->pattern)) return;
-    for (int c = 0; c < 3; c++) texture->high[c] = raw.scale;
-    texture->name = raw.name;
-    *place = texture;
+    if (texture && (is_pattern ? read_patterned_normals : read_pictured_normals)(r, node, texture))
+        *place = texture;
 }
 
 /* ---- Materials and objects ---- */

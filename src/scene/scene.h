@@ -172,8 +172,10 @@ typedef struct shd_material {
     const shd_texture *opacity_texture;
     /* The same of these, if rays are followed; they are then the most of it, channel by channel. */
     const shd_texture *reflection_texture, *transmission_texture;
-    /* A map of normals: a picture whose texels are unit vectors (shd_picture_wish.normals), in the
-     * frame that shade/bump.h tells; `high` is its scale. NULL: normals are the surface's own. */
+    /* A map of normals, in the frame that shade/bump.h tells: a picture whose texels are unit
+     * vectors (shd_picture_wish.normals), with its scale in `high`; or a pattern of `low` and
+     * `high`, vectors of any length but 0, whose mix is not made unit yet. NULL: normals are the
+     * surface's own. */
     const shd_texture *normal_texture;
 } shd_material;
 
