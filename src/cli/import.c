@@ -13,6 +13,7 @@ typedef struct importing {
     const char *model;             /* as messages call it */
     const char *meshes, *pictures; /* folders */
     size_t kept, shown;            /* meshes and pictures that were written */
+    size_t largest;                /* of these, in bytes */
 } importing;
 
 static void print_note(void *context, const char *text) {
@@ -40,6 +41,7 @@ static bool write_mesh(void *context, const void *bytes, size_t size, const char
     importing *it = context;
     const bool written = write_into(it->meshes, digest, "", bytes, size);
     it->kept += written;
+    if (size > it->largest) it->largest = size;
     return written;
 }
 
@@ -48,6 +50,7 @@ static bool write_picture(void *context, const void *bytes, size_t size, const c
     importing *it = context;
     const bool written = write_into(it->pictures, digest, suffix, bytes, size);
     it->shown += written;
+    if (size > it->largest) it->largest = size;
     return written;
 }
 
@@ -68,6 +71,16 @@ static void tell_how_to_put_pictures(const importing *it) {
         "[ ${#name} = 64 ] && curl -fT \"$picture\" -H 'Content-Type: application/octet-stream' "
         "http://127.0.0.1:8080/v1/assets/$name; done\n",
         it->model, it->pictures, it->pictures);
+}
+
+/* Maps of normals that are made are larger than the pictures of heights that they come of. */
+static void tell_of_large_files(const importing *it) {
+    const uint64_t taken = shd_engine_defaults().limits.body;
+    if (it->largest <= taken) return;
+    fprintf(stderr,
+            "note: %s: a file of these has %zu bytes: a daemon takes %llu in a request, unless its "
+            "--max-body says more\n",
+            it->model, it->largest, (unsigned long long)taken);
 }
 
 static bool has_suffix(const char *path, const char *const *suffixes) {
@@ -148,5 +161,6 @@ int cli_import(const char *path, const cli_options *options) {
         is_model ? import_model(path, options, &import) : import_material(path, options, &import);
     if (result == CLI_DONE && it.kept) tell_how_to_put_meshes(&it);
     if (result == CLI_DONE && it.shown) tell_how_to_put_pictures(&it);
+    if (result == CLI_DONE) tell_of_large_files(&it);
     return result;
 }

@@ -51,6 +51,16 @@ static void put_facets(FILE *out, const shd_native *light) {
     fputc(']', out);
 }
 
+/* MTL's mirrors have the color of the highlight. What glass transmits is what the mean of that
+ * leaves: a picture could send on more than arrives. False: out of memory, or cancelled. */
+static bool put_reflection(shd_scene_writer *w, const shd_import_material *m) {
+    static const shd_import_texture none = {.map = NULL};
+    const bool clear = !is_all(m->transmission, 0);
+    if (is_all(m->reflection, 0)) return true;
+    fputs(", \"reflection\": ", w->out);
+    return put_coefficient(w, clear ? &none : &m->textures[SHD_MAP_SPECULAR], m->reflection);
+}
+
 /* False: out of memory, or cancelled. */
 static bool put_material(shd_scene_writer *w, const shd_import_material *m) {
     static const char *const models[] = {[SHD_NATIVE_COOK_TORRANCE] = "cook-torrance",
@@ -85,7 +95,7 @@ static bool put_material(shd_scene_writer *w, const shd_import_material *m) {
         fputs(", \"normal\": ", out);
         if (!shd_put_normals(w, &m->textures[SHD_MAP_NORMAL])) return false;
     }
-    if (!is_all(m->reflection, 0)) put_color(out, "reflection", m->reflection);
+    if (!put_reflection(w, m)) return false;
     if (!is_all(m->transmission, 0)) {
         put_color(out, "transmission", m->transmission);
         fprintf(out, ", \"ior\": %.6g", m->ior);

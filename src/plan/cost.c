@@ -220,8 +220,13 @@ static double patterns_of(const shd_plan_material *material, bool faceted) {
     double sum = textures ? FOOTPRINT : 0;
     for (size_t p = 0; textures && p < textures->pattern_count; p++)
         sum += textures->patterns[p].picture ? PICTURE : MEAN;
+    for (int k = 0; textures && k < SHD_RAY_COEFFICIENTS; k++)
+        if (textures->rays[k].texture)
+            sum += textures->rays[k].texture->pattern.picture ? PICTURE : MEAN;
     if (faceted) return sum;
-    if (material->normal) sum += (textures ? 0 : FOOTPRINT) + PICTURE + FRAME;
+    if (material->normal)
+        sum += (textures ? 0 : FOOTPRINT) + FRAME +
+               (material->normal->pattern.picture ? PICTURE : MEAN);
     if (material->antialiased) sum += BEND + WIDEN * (double)material->lobe_count;
     return sum;
 }

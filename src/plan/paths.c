@@ -79,6 +79,19 @@ shd_paths shd_find_paths(const shd_plan *plan) {
     return paths;
 }
 
+double shd_sent_on(const shd_plan *plan, size_t object) {
+    const shd_coefficients k = shd_coefficients_of(plan, object);
+    const shd_material *from = plan->materials[plan->objects[object].material].from;
+    double most = 0;
+    if (!plan->scene->trace.depth) return 0;
+    if (from->reflection_texture && from->transmission_texture) /* in bins these are greys */
+        for (size_t c = 0; c < 3; c++) most = shd_larger(most, shd_bounced_most(from, c));
+    else
+        for (size_t c = 0; c < k.count; c++)
+            most = shd_larger(most, fabs(k.reflection[c]) + fabs(k.transmission[c]));
+    return most;
+}
+
 /* The least that objects are many. */
 enum { MANY = 100 };
 

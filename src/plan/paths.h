@@ -17,6 +17,9 @@ typedef struct shd_paths {
  * and all that is cut, none of which is behind another, is at most max(1, m)^(d+1). */
 shd_paths shd_find_paths(const shd_plan *plan);
 
+/* What of further rays an object shows, at most: the largest r + t of the channels. */
+double shd_sent_on(const shd_plan *plan, size_t object);
+
 /* How far off an object's own light is for rays that are off, by levels of how far they are, and of
  * N.V. */
 enum { SHD_STRAY_LEVELS = 10, SHD_STRAY_VIEWS = 4 };

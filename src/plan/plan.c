@@ -227,6 +227,8 @@ static void note_bumped(shd_plan *plan) {
 static void note_textures(shd_plan *plan, const shd_plan_textures *textures) {
     plan->textured = true;
     plan->hued |= textures->hued;
+    for (int k = 0; k < SHD_RAY_COEFFICIENTS; k++)
+        plan->rayed[k] |= textures->rays[k].texture != NULL;
     if (textures->field_count > plan->max_fields) plan->max_fields = textures->field_count;
 }
 

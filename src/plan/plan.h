@@ -140,6 +140,7 @@ typedef struct shd_plan {
     size_t max_terms;  /* of any material: the diffuse one, lobes, and slots of patterns */
     size_t max_fields; /* of patterns of any material */
     bool textured;     /* some object has a pattern or a picture */
+    bool rayed[3];     /* some material's opacity, reflection, transmission is one */
     bool hued;         /* and one of these has another field for each component of a color */
     /* One of these, or a map of normals, is on a mesh or on faces: hits tell of triangles. */
     bool charted;

@@ -79,6 +79,22 @@ static void add_lobes(making *m, const shd_material *from, const shd_plan_materi
     }
 }
 
+static void follow_rays(const shd_material *from, shd_plan_textures *out) {
+    const shd_texture *textures[SHD_RAY_COEFFICIENTS] = {
+        [SHD_RAY_OPACITY] = from->opacity_texture,
+        [SHD_RAY_REFLECTION] = from->reflection_texture,
+        [SHD_RAY_TRANSMISSION] = from->transmission_texture};
+    for (int k = 0; k < SHD_RAY_COEFFICIENTS; k++) {
+        out->rays[k].texture = textures[k];
+        out->rayed = out->rayed || textures[k];
+    }
+    for (int c = 0; c < 3; c++) {
+        out->rays[SHD_RAY_OPACITY].most[c] = 1;
+        out->rays[SHD_RAY_REFLECTION].most[c] = from->reflection[c];
+        out->rays[SHD_RAY_TRANSMISSION].most[c] = from->transmission[c];
+    }
+}
+
 bool shd_plan_textures_make(const shd_plan *plan, const shd_ambience *ambient, size_t parts,
                             shd_arena *arena, shd_plan_material *material) {
     const shd_material *from = material->from;
@@ -107,8 +123,8 @@ bool shd_plan_textures_make(const shd_plan *plan, const shd_ambience *ambient, s
     m.out->low = low;
     m.out->slots = m.slots;
     m.out->patterns = m.patterns;
-    m.out->opacity = from->opacity_texture;
-    if (m.out->slot_count || m.out->opacity) material->textures = m.out;
+    follow_rays(from, m.out);
+    if (m.out->slot_count || m.out->rayed) material->textures = m.out;
     return true;
 }
 

@@ -28,16 +28,25 @@ typedef struct shd_plan_slot {
     const char *name; /* of a picture */
 } shd_plan_slot;
 
+/* The coefficients of rays: shd_coefficients. */
+enum { SHD_RAY_OPACITY, SHD_RAY_REFLECTION, SHD_RAY_TRANSMISSION, SHD_RAY_COEFFICIENTS };
+
+typedef struct shd_ray_texture {
+    const shd_texture *texture; /* NULL: it is one color */
+    double most[3];             /* of it; an opacity's is 1 */
+} shd_ray_texture;
+
 typedef struct shd_plan_textures {
     const shd_plan_slot *slots;
     size_t slot_count;
     const shd_pattern *patterns; /* each once */
     size_t pattern_count, field_count;
     const shd_plan_material *low; /* the material in its low colors */
-    const shd_texture *opacity;   /* NULL: it is one color */
-    bool grey;                    /* channels are equal in all of their colors */
-    bool negative;                /* some color has a component below 0 */
-    bool hued;                    /* some pattern gives each component its own field */
+    shd_ray_texture rays[SHD_RAY_COEFFICIENTS];
+    bool rayed;    /* some of these is one */
+    bool grey;     /* channels are equal in all of the slots' colors */
+    bool negative; /* some color has a component below 0 */
+    bool hued;     /* some pattern of a slot gives each component its own field */
     /* Spectral scenes: in plan->materials, the material in its low colors, and then one for each
      * field of a slot; else 0. */
     size_t parts, part_count;

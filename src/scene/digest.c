@@ -158,6 +158,8 @@ static void put_textures(sink *s, const shd_material *m) {
     put_texture(s, m->diffuse_texture, 2);
     put_texture(s, m->opacity_texture, SIZE_MAX);
     put_texture(s, m->normal_texture, SIZE_MAX - 1);
+    put_texture(s, m->reflection_texture, SIZE_MAX - 2);
+    put_texture(s, m->transmission_texture, SIZE_MAX - 3);
     for (size_t k = 0; m->lobe_textures && k < m->lobe_count; k++)
         put_texture(s, m->lobe_textures[k], 3 + k);
 }

@@ -201,7 +201,8 @@ shd_field_read shd_read_switch;  /* bool */
 shd_field_read shd_read_opacity; /* double[3], a material's: the least, if it is a texture */
 shd_field_read shd_read_opacity_texture; /* the same of one */
 shd_field_read shd_read_normal_map;      /* const shd_texture * */
-shd_field_read shd_read_bounced;         /* double[3]: its reflection or transmission */
+shd_field_read shd_read_bounced; /* double[3]: its reflection or transmission; the most of one */
+shd_field_read shd_read_bounced_texture; /* the same of one */
 
 /* Whether the material has what only rays show. */
 bool shd_is_rayed(const shd_material *material);

@@ -34,7 +34,7 @@ typedef struct raw_material {
     const shd_curve *emissive_curve, *ambient_curve, *diffuse_curve, *specular_curve;
     const shd_curve *opacity_curve, *reflection_curve, *transmission_curve;
     const shd_texture *emissive_texture, *ambient_texture, *diffuse_texture, *specular_texture;
-    const shd_texture *opacity_texture, *normal_texture;
+    const shd_texture *opacity_texture, *reflection_texture, *transmission_texture, *normal_texture;
 } raw_material;
 
 /* ---- The library ---- */
@@ -192,8 +192,10 @@ static const shd_field material_fields[] = {
     {"normal", shd_read_normal_map, AT(normal_texture), .kinds = ANY_KIND},
     {"opacity", shd_read_opacity, AT(opacity), .mark = OPACITY, .curve = AT(opacity_curve),
      .texture = AT(opacity_texture)},
-    {"reflection", shd_read_bounced, .offset = AT(reflection), .curve = AT(reflection_curve)},
-    {"transmission", shd_read_bounced, .offset = AT(transmission), .curve = AT(transmission_curve)},
+    {"reflection", shd_read_bounced, .offset = AT(reflection), .curve = AT(reflection_curve),
+     .texture = AT(reflection_texture)},
+    {"transmission", shd_read_bounced, .offset = AT(transmission), .curve = AT(transmission_curve),
+     .texture = AT(transmission_texture)},
     {"ior", shd_read_number, AT(ior), .range = &shd_positive},
 };
 
@@ -252,6 +254,8 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           .diffuse_texture = raw->diffuse_texture,
                           .lobe_textures = made.textured ? made.textures : NULL,
                           .opacity_texture = raw->alpha < 0 ? raw->opacity_texture : NULL,
+                          .reflection_texture = raw->reflection_texture,
+                          .transmission_texture = raw->transmission_texture,
                           .normal_texture = raw->normal_texture};
     for (int c = 0; c < 3; c++) out->opacity[c] = raw->alpha < 0 ? raw->opacity[c] : raw->alpha;
     memcpy(out->reflection, raw->reflection, sizeof out->reflection);

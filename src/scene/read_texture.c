@@ -1,6 +1,7 @@
 /* Coefficients that are patterns or pictures, and which objects they may be on. */
 #include <string.h>
 
+#include "scene/css.h"
 #include "scene/read.h"
 
 const char *const shd_pattern_names[] = {"checker", "grid", "gradient", "noise", NULL};
@@ -67,6 +68,33 @@ static void read_colors(shd_reader *r, const shd_node *node, void *out) {
     }
 }
 
+/* A normal as a texel has it: numbers that are no color. */
+static void read_code(shd_reader *r, const shd_node *node, double out[3]) {
+    shd_css_color color;
+    shd_css_wrong wrong;
+    if (json_is_array(node->value)) {
+        shd_get_numbers(r, node, 3, 3, "an array of 3 numbers", out);
+        return;
+    }
+    /* No other notation of CSS: most of these are of colors. */
+    const char *text = json_string_value(node->value), *digits = "0123456789abcdefABCDEF";
+    const size_t length = text && text[0] == '#' ? strlen(text + 1) : 0;
+    if ((length == 3 || length == 6) && strspn(text + 1, digits) == length &&
+        shd_css_read(text, &color, &wrong))
+        memcpy(out, color.rgb, sizeof color.rgb);
+    else
+        shd_node_expect(r->report, node, "a normal: 3 numbers from 0 to 1, or \"#rrggbb\"");
+}
+
+static void read_codes(shd_reader *r, const shd_node *node, void *out) {
+    double(*codes)[3] = out;
+    if (!shd_is_array(r, node, 2, 2, "an array of 2 normals")) return;
+    for (size_t i = 0; i < json_array_size(node->value) && i < 2; i++) {
+        const shd_node item = shd_node_item(node, i);
+        read_code(r, &item, codes[i]);
+    }
+}
+
 static void read_name(shd_reader *r, const shd_node *node, void *out) {
     const char *name =
         shd_get_text(r, node, "the name of a picture, or \"sha256-\" and its digits");
@@ -84,41 +112,52 @@ static shd_pattern pattern_of(const raw_pattern *raw) {
                          .octaves = raw->kind == SHD_NOISE ? raw->octaves : 0};
 }
 
-/* Kinds behind those of patterns: pictures of what is no color, and of normals. */
-enum { PLAIN_PICTURE = SHD_PICTURE + 1, NORMAL_MAP };
+/* Kinds behind those of patterns: pictures of what is no color, and of normals, and patterns of
+ * normals, from checkers on. */
+enum { PLAIN_PICTURE = SHD_PICTURE + 1, NORMAL_MAP, NORMAL_PATTERN };
 
 static bool read_members(shd_reader *r, const shd_node *node, int kind, raw_pattern *raw) {
     enum {
         PATTERNS = (1 << SHD_PATTERN_COUNT) - 1,
         COLORS = 1 << SHD_PICTURE,
         PICTURES = COLORS | 1 << PLAIN_PICTURE,
-        NORMALS = 1 << NORMAL_MAP
+        NORMAL_PATTERNS = PATTERNS << NORMAL_PATTERN,
+        NORMALS = 1 << NORMAL_MAP | NORMAL_PATTERNS,
+        GRIDS = 1 << SHD_GRID | 1 << (NORMAL_PATTERN + SHD_GRID),
+        NOISES = 1 << SHD_NOISE | 1 << (NORMAL_PATTERN + SHD_NOISE)
     };
     static const shd_range width = {0, 1, true, true, "between 0 and 1"},
                            octaves = {1, 8, .text = "1 to 8"},
-                           scale = {-1000, 1000, .text = "-1000 to 1000"};
+                           scale = {-1000, 1000, .text = "-1000 to 1000"},
+                           code = {0, 1, .text = "0 to 1"};
     static const char *const channels[] = {"R", "G", "B", "A", NULL};
     static const shd_field fields[] = {
-        {"pattern", .read = NULL, .kinds = PATTERNS},
-        {"texture", read_name, .offset = offsetof(raw_pattern, name), .kinds = PICTURES | NORMALS},
+        {"pattern", .read = NULL, .kinds = PATTERNS | NORMAL_PATTERNS},
+        {"texture", read_name, .offset = offsetof(raw_pattern, name),
+         .kinds = PICTURES | 1 << NORMAL_MAP},
         {"colors", read_colors, .offset = offsetof(raw_pattern, colors), .kinds = PATTERNS,
          .required = true},
+        {"colors", read_codes, .offset = offsetof(raw_pattern, colors), .kinds = NORMAL_PATTERNS,
+         .range = &code, .required = true},
         {"tint", shd_read_color, .offset = offsetof(raw_pattern, tint), .kinds = COLORS},
         {"space", shd_read_space, .offset = offsetof(raw_pattern, space), .kinds = PICTURES},
         {"channel", shd_read_choice, offsetof(raw_pattern, channel), PICTURES, .choices = channels},
         {"uv", read_uv, .offset = offsetof(raw_pattern, uv)},
-        {"width", shd_read_number, offsetof(raw_pattern, width), 1u << SHD_GRID, .range = &width},
-        {"octaves", shd_read_integer, offsetof(raw_pattern, octaves), 1u << SHD_NOISE,
-         .range = &octaves},
+        {"width", shd_read_number, offsetof(raw_pattern, width), GRIDS, .range = &width},
+        {"octaves", shd_read_integer, offsetof(raw_pattern, octaves), NOISES, .range = &octaves},
         {"scale", shd_read_number, offsetof(raw_pattern, scale), NORMALS, .range = &scale},
     };
-    static const char *const whats[] = {"a checker",       "a grid",    "a gradient",
-                                        "a noise",         "a picture", "a picture of numbers",
-                                        "a map of normals"};
+    static const char *const whats[] = {"a checker",         "a grid",
+                                        "a gradient",        "a noise",
+                                        "a picture",         "a picture of numbers",
+                                        "a map of normals",  "a checker of normals",
+                                        "a grid of normals", "a gradient of normals",
+                                        "a noise of normals"};
+    const int field = kind >= NORMAL_PATTERN ? kind - NORMAL_PATTERN : kind;
     const size_t errors = r->report->error_count;
     *raw = (raw_pattern){
-        .uv = {.scale = {1, 1}, .wrap = kind >= SHD_PICTURE ? SHD_WRAP_REPEAT : SHD_WRAP_CLAMP},
-        .kind = kind > SHD_PICTURE ? SHD_PICTURE : kind,
+        .uv = {.scale = {1, 1}, .wrap = field >= SHD_PICTURE ? SHD_WRAP_REPEAT : SHD_WRAP_CLAMP},
+        .kind = field > SHD_PICTURE ? SHD_PICTURE : field,
         .width = 0.1,
         .octaves = 4,
         .channel = SHD_ALL_CHANNELS,
@@ -190,12 +229,28 @@ static bool read_patterned(shd_reader *r, const shd_node *node, shd_texture *out
     return true;
 }
 
-static bool read_pictured(shd_reader *r, const shd_node *node, shd_texture *out) {
+/* `kind` is SHD_PICTURE or PLAIN_PICTURE, which has no tint. */
+static bool read_pictured(shd_reader *r, const shd_node *node, int kind, shd_texture *out) {
     raw_pattern raw;
-    if (!take_picture(r, node, SHD_PICTURE, &raw, &out->pattern)) return false;
+    if (!take_picture(r, node, kind, &raw, &out->pattern)) return false;
     memcpy(out->high, raw.tint, sizeof out->high);
     out->name = raw.name;
     return true;
+}
+
+/* The pattern, or the picture of that kind, that a coefficient is. NULL: it is wrong, or a picture
+ * that is not kept, which is reported. */
+static const shd_texture *read_texture(shd_reader *r, const shd_node *node, int kind) {
+    if (r->in_library) {
+        shd_wrong(r, node, "a material of the library has no patterns or pictures");
+        return NULL;
+    }
+    shd_texture *texture = shd_take(r, 1, sizeof *texture);
+    if (!texture) return NULL;
+    const bool read = json_object_get(node->value, "texture")
+                          ? read_pictured(r, node, kind, texture)
+                          : read_patterned(r, node, texture);
+    return read ? texture : NULL;
 }
 
 /* The color of either end of a picture's range, as its tint has it. */
@@ -214,102 +269,132 @@ void shd_texture_ends(const shd_texture *texture, double ends[2][3]) {
     color_at(texture, picture->texels->high, ends[1]);
 }
 
+/* Where the field in hand, which is at `out`, has its texture. */
+static const shd_texture **place_of(const shd_reader *r, void *out) {
+    void *at = (char *)out - r->field->offset + r->field->texture;
+    return at;
+}
+
+/* The field in hand is no spectrum. */
+static void clear_curve(const shd_reader *r, void *out) {
+    const shd_curve **curve = (void *)((char *)out - r->field->offset + r->field->curve);
+    *curve = NULL;
+}
+
 void shd_read_coefficient(shd_reader *r, const shd_node *node, void *out) {
-    const shd_field *field = r->field;
-    void *at = (char *)out - field->offset + field->texture;
-    const shd_texture **place = at;
+    const shd_texture **place = place_of(r, out);
     *place = NULL;
-    const bool is_picture = json_object_get(node->value, "texture");
-    if (!is_picture && !json_object_get(node->value, "pattern")) {
+    if (!json_object_get(node->value, "texture") && !json_object_get(node->value, "pattern")) {
         shd_read_color_or_spectrum(r, node, out);
         return;
     }
-    if (r->in_library) {
-        shd_wrong(r, node, "a material of the library has no patterns or pictures");
-        return;
-    }
-    shd_texture *texture = shd_take(r, 1, sizeof *texture);
+    clear_curve(r, out);
+    const shd_texture *texture = read_texture(r, node, SHD_PICTURE);
     if (!texture) return;
-    if (!(is_picture ? read_pictured : read_patterned)(r, node, texture)) return;
     double *most = out, ends[2][3];
     shd_texture_ends(texture, ends);
     for (int c = 0; c < 3; c++)
         most[c] = fabs(ends[0][c]) > fabs(ends[1][c]) ? ends[0][c] : ends[1][c];
     *place = texture;
-    const shd_curve **curve = (void *)((char *)out - field->offset + field->curve);
-    *curve = NULL;
 }
 
-/* ---- Opacities ---- */
+/* ---- What rays go by ---- */
 
-/* False: an end of its range is none of an opacity's, which is reported. */
-static bool are_opacities(shd_reader *r, const shd_node *node, double ends[2][3]) {
-    static const double SLACK = 1e-6;
+/* Holds the ends of a texture's range to what a coefficient of rays may be, from 0 to `most`.
+ * False: one is not `expected`, which is reported. */
+static bool are_shares(shd_reader *r, const shd_node *node, double most, const char *expected,
+                       double ends[2][3]) {
+    static const double SLACK = 1e-6; /* rounding of color conversion */
     for (size_t e = 0; e < 2; e++)
         for (int c = 0; c < 3; c++) {
             double *end = &ends[e][c];
-            if (!(*end >= -SLACK && *end <= 1 + SLACK)) {
-                shd_wrong(r, node, "an opacity is from 0 to 1 in every channel, and this has %.9g",
-                          *end);
+            if (!(*end >= -SLACK && *end <= most + SLACK)) {
+                shd_wrong(r, node, "%s in every channel, and this has %.9g", expected, *end);
                 return false;
             }
-            *end = shd_smaller(shd_larger(*end, 0), 1);
+            *end = shd_smaller(shd_larger(*end, 0), most);
         }
     return true;
 }
 
 void shd_read_opacity_texture(shd_reader *r, const shd_node *node, void *out) {
-    const shd_field *field = r->field;
-    void *at = (char *)out - field->offset + field->texture;
-    const shd_texture **place = at;
+    const shd_texture **place = place_of(r, out);
     double *least = out, ends[2][3];
-    raw_pattern raw;
     bool opaque = true;
     *place = NULL;
-    if (r->in_library) {
-        shd_wrong(r, node, "a material of the library has no patterns or pictures");
-        return;
-    }
-    shd_texture *texture = shd_take(r, 1, sizeof *texture);
+    clear_curve(r, out);
+    const shd_texture *texture = read_texture(r, node, PLAIN_PICTURE);
     if (!texture) return;
-    if (json_object_get(node->value, "texture")) {
-        if (!take_picture(r, node, PLAIN_PICTURE, &raw, &texture->pattern)) return;
-        for (int c = 0; c < 3; c++) texture->high[c] = 1;
-        texture->name = raw.name;
-    } else if (!read_patterned(r, node, texture)) {
-        return;
-    }
     shd_texture_ends(texture, ends);
-    if (!are_opacities(r, node, ends)) return;
+    if (!are_shares(r, node, 1, "an opacity is from 0 to 1", ends)) return;
     for (int c = 0; c < 3; c++) {
         least[c] = shd_smaller(ends[0][c], ends[1][c]);
         opaque = opaque && least[c] == 1;
     }
-    const shd_curve **curve = (void *)((char *)out - field->offset + field->curve);
-    *curve = NULL;
     if (!opaque && (r->scene->trace.depth > 0 || r->scene->trace.shadows)) *place = texture;
+}
+
+void shd_read_bounced_texture(shd_reader *r, const shd_node *node, void *out) {
+    const shd_texture **place = place_of(r, out);
+    double *most = out, ends[2][3];
+    bool any = false;
+    *place = NULL;
+    clear_curve(r, out);
+    const shd_texture *texture = read_texture(r, node, SHD_PICTURE);
+    if (!texture) return;
+    shd_texture_ends(texture, ends);
+    if (!are_shares(r, node, INFINITY, "must be 0 or more", ends)) return;
+    for (int c = 0; c < 3; c++) {
+        most[c] = shd_larger(ends[0][c], ends[1][c]);
+        any = any || most[c] > 0;
+    }
+    if (any && r->scene->trace.depth > 0) *place = texture;
 }
 
 /* ---- Maps of normals ---- */
 
+/* The vector that a code stands for, of any length but 0. */
+static void turn_code(const double code[3], double scale, double out[3]) {
+    for (int c = 0; c < 3; c++) out[c] = (2 * code[c] - 1) * (c < 2 ? scale : 1);
+    if (out[0] == 0 && out[1] == 0 && out[2] == 0) out[2] = 1;
+}
+
+static bool read_patterned_normals(shd_reader *r, const shd_node *node, shd_texture *out) {
+    const shd_node name = shd_node_member(node, "pattern");
+    const int kind = shd_read_name(r, &name, shd_pattern_names);
+    raw_pattern raw;
+    if (kind < 0 || !read_members(r, node, NORMAL_PATTERN + kind, &raw)) return false;
+    out->pattern = pattern_of(&raw);
+    turn_code(raw.colors[0], raw.scale, out->low);
+    turn_code(raw.colors[1], raw.scale, out->high);
+    return true;
+}
+
+static bool read_pictured_normals(shd_reader *r, const shd_node *node, shd_texture *out) {
+    raw_pattern raw;
+    if (!take_picture(r, node, NORMAL_MAP, &raw, &out->pattern)) return false;
+    for (int c = 0; c < 3; c++) out->high[c] = raw.scale;
+    out->name = raw.name;
+    return true;
+}
+
 void shd_read_normal_map(shd_reader *r, const shd_node *node, void *out) {
     const shd_texture **place = out;
-    raw_pattern raw;
+    const bool is_pattern = json_object_get(node->value, "pattern");
     *place = NULL;
     if (r->in_library) {
         shd_wrong(r, node, "a material of the library has no map of normals");
         return;
     }
-    if (!json_object_get(node->value, "texture")) {
-        shd_wrong(r, node, "must be a picture of normals, {texture, scale, uv}%s",
-                  json_object_get(node->value, "pattern") ? ": patterns have none" : "");
+    if (!is_pattern && !json_object_get(node->value, "texture")) {
+        shd_wrong(r, node,
+                  "must be a picture of normals, {texture, scale, uv}, or a pattern of two, "
+                  "{pattern, colors, scale, uv}");
         return;
     }
     shd_texture *texture = shd_take(r, 1, sizeof *texture);
-    if (!texture || !take_picture(r, node, NORMAL_MAP, &raw, &texture->pattern)) return;
-    for (int c = 0; c < 3; c++) texture->high[c] = raw.scale;
-    texture->name = raw.name;
-    *place = texture;
+    if (texture && (is_pattern ? read_patterned_normals : read_pictured_normals)(r, node, texture))
+        *place = texture;
 }
 
 /* ---- Materials and objects ---- */
@@ -327,6 +412,8 @@ bool shd_same_textures(const shd_material *a, const shd_material *b) {
         !same_texture(a->ambient_texture, b->ambient_texture) ||
         !same_texture(a->diffuse_texture, b->diffuse_texture) ||
         !same_texture(a->opacity_texture, b->opacity_texture) ||
+        !same_texture(a->reflection_texture, b->reflection_texture) ||
+        !same_texture(a->transmission_texture, b->transmission_texture) ||
         !same_texture(a->normal_texture, b->normal_texture) || a->lobe_count != b->lobe_count)
         return false;
     for (size_t k = 0; k < a->lobe_count; k++)
@@ -334,6 +421,18 @@ bool shd_same_textures(const shd_material *a, const shd_material *b) {
                           b->lobe_textures ? b->lobe_textures[k] : NULL))
             return false;
     return true;
+}
+
+double shd_bounced_most(const shd_material *m, size_t channel) {
+    const shd_texture *mirrored = m->reflection_texture, *refracted = m->transmission_texture;
+    const double most = m->reflection[channel] + m->transmission[channel];
+    double ends[2][2][3];
+    if (!mirrored || !refracted || !shd_same_pattern(&mirrored->pattern, &refracted->pattern))
+        return most;
+    shd_texture_ends(mirrored, ends[0]);
+    shd_texture_ends(refracted, ends[1]);
+    return shd_smaller(most, shd_larger(ends[0][0][channel] + ends[1][0][channel],
+                                        ends[0][1][channel] + ends[1][1][channel]));
 }
 
 static bool is_one_number(const shd_texture *texture) {
@@ -346,6 +445,20 @@ static bool is_one_number(const shd_texture *texture) {
     return shd_pattern_fields(&texture->pattern) == 1;
 }
 
+/* What rays go by is the same in all bins of a spectral scene. */
+static void check_bins(shd_reader *r, const shd_node *node, const shd_material *m) {
+    const char *wrong = !is_one_number(m->opacity_texture)        ? "an opacity"
+                        : !is_one_number(m->reflection_texture)   ? "a reflection"
+                        : !is_one_number(m->transmission_texture) ? "a transmission"
+                                                                  : NULL;
+    if (r->scene->spectral.channels && wrong)
+        shd_wrong(
+            r, node,
+            "in a spectral scene %s that is a pattern or a picture is one number: give greys, "
+            "or a `channel`",
+            wrong);
+}
+
 void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *object) {
     const shd_material *material = &r->materials[object->material];
     if (!shd_is_textured(material)) return;
@@ -353,10 +466,7 @@ void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *o
     if (bare)
         shd_wrong(r, node, "a material with %s needs `uvs` on a mesh",
                   material->normal_texture ? "a map of normals" : "a pattern or a picture");
-    if (r->scene->spectral.channels && !is_one_number(material->opacity_texture))
-        shd_wrong(r, node,
-                  "in a spectral scene an opacity that is a pattern or a picture is one number: "
-                  "give greys, or a `channel`");
+    check_bins(r, node, material);
     if (material->model != SHD_MODEL_WESTIN) return;
     if (material->diffuse_texture && object->interpolation != SHD_PHONG)
         shd_wrong(r, node,

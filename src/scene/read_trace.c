@@ -83,15 +83,22 @@ static void read_share(shd_reader *r, const shd_node *node, double most, const c
     memcpy(out, rgb, sizeof rgb);
 }
 
+static bool is_texture(const shd_node *node) {
+    return json_object_get(node->value, "pattern") || json_object_get(node->value, "texture");
+}
+
 void shd_read_opacity(shd_reader *r, const shd_node *node, void *out) {
-    if (json_object_get(node->value, "pattern") || json_object_get(node->value, "texture"))
+    if (is_texture(node))
         shd_read_opacity_texture(r, node, out);
     else
         read_share(r, node, 1, "from 0 to 1", out);
 }
 
 void shd_read_bounced(shd_reader *r, const shd_node *node, void *out) {
-    read_share(r, node, INFINITY, "0 or more", out);
+    if (is_texture(node))
+        shd_read_bounced_texture(r, node, out);
+    else
+        read_share(r, node, INFINITY, "0 or more", out);
 }
 
 static bool is_usual(const double rgb[3], double usual) {
@@ -111,7 +118,7 @@ bool shd_same_rays(const shd_material *a, const shd_material *b) {
 
 void shd_warn_of_trace(shd_reader *r, const shd_node *node, const shd_material *m) {
     double most = 0;
-    for (int c = 0; c < 3; c++) most = shd_larger(m->reflection[c] + m->transmission[c], most);
+    for (size_t c = 0; c < 3; c++) most = shd_larger(shd_bounced_most(m, c), most);
     if (shd_is_rayed(m) && !r->scene->trace.depth)
         shd_warn(r, node,
                  "opacity, reflection and transmission are not seen without a `depth` in "

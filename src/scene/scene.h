@@ -170,19 +170,27 @@ typedef struct shd_material {
     const shd_texture *const *lobe_textures; /* [lobe_count]; NULL: no lobe has one */
     /* The opacity, if it is one and the scene is traced; `opacity` is then the least of it. */
     const shd_texture *opacity_texture;
-    /* A map of normals: a picture whose texels are unit vectors (shd_picture_wish.normals), in the
-     * frame that shade/bump.h tells; `high` is its scale. NULL: normals are the surface's own. */
+    /* The same of these, if rays are followed; they are then the most of it, channel by channel. */
+    const shd_texture *reflection_texture, *transmission_texture;
+    /* A map of normals, in the frame that shade/bump.h tells: a picture whose texels are unit
+     * vectors (shd_picture_wish.normals), with its scale in `high`; or a pattern of `low` and
+     * `high`, vectors of any length but 0, whose mix is not made unit yet. NULL: normals are the
+     * surface's own. */
     const shd_texture *normal_texture;
 } shd_material;
 
 /* Whether any of a material's coefficients is a pattern, or its normal a map. */
 static inline bool shd_is_textured(const shd_material *m) {
     return m->emissive_texture || m->ambient_texture || m->diffuse_texture || m->lobe_textures ||
-           m->opacity_texture || m->normal_texture;
+           m->opacity_texture || m->reflection_texture || m->transmission_texture ||
+           m->normal_texture;
 }
 
 /* Whether they have the same patterns in the same colors, and the same map of normals. */
 bool shd_same_textures(const shd_material *a, const shd_material *b);
+
+/* What it mirrors and transmits at most in a channel, together: patterns of both may take turns. */
+double shd_bounced_most(const shd_material *m, size_t channel);
 
 typedef enum shd_shape {
     SHD_SPHERE,   /* radius */

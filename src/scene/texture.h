@@ -39,7 +39,8 @@ enum { SHD_ALL_CHANNELS = -1 };
 
 typedef struct shd_texture {
     shd_pattern pattern;
-    double low[3], high[3]; /* colors of the working space; of a picture 0 and its tint */
+    double low[3], high[3]; /* colors of the working space; of a picture 0 and its tint; normals:
+                             * shd_material.normal_texture */
     const char *name;       /* of the picture, as the document has it; else NULL */
 } shd_texture;
 

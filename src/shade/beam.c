@@ -52,23 +52,45 @@ shd_footprint shd_beam_footprint(const shd_scene *scene, const shd_beam *beam) {
     return shd_chart_footprint(&chart, &point, &ray);
 }
 
-void shd_opacity_mean(const shd_texture *opacity, const shd_footprint *uv, double out[3]) {
+void shd_ray_mean(const shd_ray_texture *of, const shd_footprint *uv, double out[3]) {
+    const shd_texture *texture = of->texture;
     double means[3];
-    shd_pattern_means(&opacity->pattern, uv, means);
-    const bool all = shd_pattern_fields(&opacity->pattern) == 3;
+    shd_pattern_means(&texture->pattern, uv, means);
+    const bool all = shd_pattern_fields(&texture->pattern) == 3;
     for (int c = 0; c < 3; c++) {
-        const double low = opacity->low[c], rise = opacity->high[c] - low;
-        out[c] = shd_smaller(shd_larger(low + rise * means[all ? c : 0], 0), 1);
+        const double low = texture->low[c], rise = texture->high[c] - low;
+        out[c] = shd_smaller(shd_larger(low + rise * means[all ? c : 0], 0), of->most[c]);
     }
 }
 
-const double *shd_opacity_at(const shd_plan *plan, const shd_beam *beam, double *scratch) {
-    const shd_plan_material *m = &plan->materials[plan->objects[beam->object].material];
-    if (!m->textures || !m->textures->opacity)
+/* A coefficient in the channels that rays carry: in bins it is one number. */
+static void fill_row(const shd_plan *plan, const shd_ray_texture *of, const shd_footprint *uv,
+                     double *row) {
+    double mean[3];
+    shd_ray_mean(of, uv, mean);
+    for (size_t c = 0; c < shd_ray_channels(plan); c++) row[c] = mean[plan->tinted ? 0 : c];
+}
+
+static const shd_plan_textures *textures_of(const shd_plan *plan, size_t object) {
+    return plan->materials[plan->objects[object].material].textures;
+}
+
+shd_coefficients shd_coefficients_at(const shd_plan *plan, const shd_beam *beam,
+                                     shd_ray_rows rows) {
+    const shd_plan_textures *textures = textures_of(plan, beam->object);
+    shd_coefficients out = shd_coefficients_of(plan, beam->object);
+    const shd_footprint uv = shd_beam_footprint(plan->scene, beam);
+    for (int k = 0; k < SHD_RAY_COEFFICIENTS; k++)
+        if (textures->rays[k].texture) fill_row(plan, &textures->rays[k], &uv, rows[k]);
+    shd_take_rows(textures, rows, &out);
+    return out;
+}
+
+const double *shd_opacity_at(const shd_plan *plan, const shd_beam *beam, double *row) {
+    const shd_plan_textures *textures = textures_of(plan, beam->object);
+    if (!textures || !textures->rays[SHD_RAY_OPACITY].texture)
         return shd_coefficients_of(plan, beam->object).opacity;
     const shd_footprint uv = shd_beam_footprint(plan->scene, beam);
-    double mean[3];
-    shd_opacity_mean(m->textures->opacity, &uv, mean);
-    for (size_t c = 0; c < shd_ray_channels(plan); c++) scratch[c] = mean[plan->tinted ? 0 : c];
-    return scratch;
+    fill_row(plan, &textures->rays[SHD_RAY_OPACITY], &uv, row);
+    return row;
 }

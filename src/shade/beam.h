@@ -23,9 +23,23 @@ shd_footprint shd_beam_footprint(const shd_scene *scene, const shd_beam *beam);
 /* The point where the beam meets the surface of the chart, as it has this normal. */
 shd_charted_point shd_beam_point(const shd_chart *chart, const shd_beam *beam, shd_vec3 normal);
 
-/* An opacity's texture over a footprint, in [0, 1]. */
-void shd_opacity_mean(const shd_texture *opacity, const shd_footprint *uv, double out[3]);
+/* A texture of what rays go by over a footprint, in [0, most]. */
+void shd_ray_mean(const shd_ray_texture *of, const shd_footprint *uv, double out[3]);
 
-/* The opacity of the object there, in the channels that rays carry: a texture's, for which
- * `scratch` has room, or the plan's own, which is returned as it is. */
-const double *shd_opacity_at(const shd_plan *plan, const shd_beam *beam, double *scratch);
+/* Of an object at one point: a row for each of its textures. */
+typedef double shd_ray_rows[SHD_RAY_COEFFICIENTS][SHD_BINS_MOST];
+
+/* What an object some of whose coefficients of rays are textures makes of them there, in the
+ * channels that they carry: of textures, which `rows` takes, or as the plan has it. */
+shd_coefficients shd_coefficients_at(const shd_plan *plan, const shd_beam *beam, shd_ray_rows rows);
+
+/* The same of the opacity of any object, with one row. */
+const double *shd_opacity_at(const shd_plan *plan, const shd_beam *beam, double *row);
+
+/* Takes the rows of the material's textures in place of what is the material's own. */
+static inline void shd_take_rows(const shd_plan_textures *textures, const shd_ray_rows rows,
+                                 shd_coefficients *out) {
+    const double **to[SHD_RAY_COEFFICIENTS] = {&out->opacity, &out->reflection, &out->transmission};
+    for (int k = 0; k < SHD_RAY_COEFFICIENTS; k++)
+        if (textures->rays[k].texture) *to[k] = rows[k];
+}

@@ -10,11 +10,37 @@ static const double ROUNDED = 0x1p-22;
 /* A mean that is shorter has no direction. */
 static const double SHORTEST = 1e-6;
 
+static shd_vec3 unit_of(shd_vec3 v) {
+    shd_vec3 out;
+    return shd_normalize(v, &out) ? out : (shd_vec3){0, 0, 1};
+}
+
+/* The mean of a pattern's normals, unit(low + w (high - low)), where its field w has this mean and
+ * variance: that of a w that is 0, its mean or 1, as often as it takes for both. So it is exact
+ * where w is 0 or 1, as in checkers, where it is constant, and otherwise to the second order of w.
+ */
+static shd_vec3 mean_of_pattern(const shd_texture *map, const shd_footprint *uv) {
+    const shd_vec3 low = {map->low[0], map->low[1], map->low[2]},
+                   high = {map->high[0], map->high[1], map->high[2]};
+    const double w = shd_pattern_mean(&map->pattern, uv), most = w * (1 - w),
+                 variance = shd_pattern_variance(&map->pattern, uv, w),
+                 ends = most > 0 ? variance / most : 0;
+    const shd_vec3 mixed = shd_madd(shd_scale(unit_of(low), 1 - w), unit_of(high), w);
+    if (ends == 1) return mixed;
+    const shd_vec3 middle = unit_of(shd_madd(shd_scale(low, 1 - w), high, w));
+    return shd_madd(shd_scale(middle, 1 - ends), mixed, ends);
+}
+
+static shd_vec3 mean_of(const shd_texture *map, const shd_footprint *uv) {
+    double mean[4];
+    if (!map->pattern.picture) return mean_of_pattern(map, uv);
+    shd_texture_mean(&map->pattern, uv, mean);
+    return (shd_vec3){mean[0], mean[1], mean[2]};
+}
+
 shd_bump shd_bump_at(const shd_texture *map, const shd_chart *chart, const shd_charted_point *point,
                      const shd_footprint *uv) {
-    double mean[4];
-    shd_texture_mean(&map->pattern, uv, mean);
-    const shd_vec3 m = {mean[0], mean[1], mean[2]};
+    const shd_vec3 m = mean_of(map, uv);
     shd_bump out = {point->normal, shd_smaller(shd_length(m), 1)};
     shd_tangent_frame frame;
     if (!(out.length > SHORTEST) || !shd_chart_frame(chart, point, map->pattern.map, &frame))

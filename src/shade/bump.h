@@ -1,4 +1,5 @@
-/* Maps of normals: what a picture's normals make of a surface's own, and of its highlights.
+/* Maps of normals: what a picture's or a pattern's normals make of a surface's own, and of its
+ * highlights.
  *
  * A texel is a unit vector (x, y, z) of the frame (T, B, N): N is the normal of the surface's front
  * (of a mesh with normals the interpolated one), unit. T is the direction in which the picture's s
@@ -9,9 +10,10 @@
  * triangle's on a mesh: tangents are those of MikkTSpace, but for no mean of them at vertices.
  *
  * What a pixel sees of the map is the mean vector m of its texels over the pixel, as of any
- * picture (shade/picture.h). The normal that is lit is N' = x T + y B + z N of m, made unit; where
- * the surface's back is seen it is -N', as that of a relief from behind is. Where T is nowhere (a
- * pole of the chart, a triangle whose uvs have no area) and where m is 0, it is N.
+ * picture (shade/picture.h), or of a pattern's normals, each of which is that of a mix of two
+ * colors and unit. The normal that is lit is N' = x T + y B + z N of m, made unit; where the
+ * surface's back is seen it is -N', as that of a relief from behind is. Where T is nowhere (a pole
+ * of the chart, a triangle whose uvs have no area) and where m is 0, it is N.
  *
  * Toksvig's factor. If normals spread by the variance v = (1 - |m|) / |m| across each axis, then a
  * lobe (N.H)^n becomes one of n' = n / (1 + n v) = n |m| / (|m| + n (1 - |m|)), (n' + 1) / (n + 1)

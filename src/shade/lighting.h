@@ -82,7 +82,7 @@ typedef struct shd_surface {
     size_t facets_at;
     const shd_known *known; /* as in shd_points64, at [known_at]; or NULL */
     size_t known_at;
-    const double *opacity; /* [3]; NULL: the material's own */
+    const shd_coefficients *rays; /* what it makes of rays; NULL: the material's own */
 } shd_surface;
 
 /* The surface's own normal where a map has turned `normal`. */

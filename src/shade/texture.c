@@ -67,6 +67,24 @@ static double noise_mean(int octaves, const shd_footprint *f) {
     return sum / whole;
 }
 
+/* A value between lattice points has the variance 1/12 times the mean of the squares of its four
+ * weights, 0.742857 squared. Along an axis, the mean over a length of a cells keeps about 1 /
+ * sqrt(1
+ * + 0.54 a^2) of that, which has the slope at short lengths and, to 1 percent, what is left at long
+ * ones. */
+static double noise_variance(int octaves, const shd_footprint *f) {
+    static const double WHOLE = 0.742857 * 0.742857 / 12, FALLS = 0.54;
+    const double x = f->x[0] * f->x[0] + f->x[1] * f->x[1],
+                 y = f->y[0] * f->y[0] + f->y[1] * f->y[1];
+    double sum = 0, whole = 0, share = 1, scale = 1;
+    for (int o = 0; o < octaves; o++, share /= 2, scale *= 2) {
+        const double by = FALLS * scale * scale;
+        whole += share;
+        sum += share * share * WHOLE * (1 - 1 / sqrt((1 + by * x) * (1 + by * y)));
+    }
+    return sum / (whole * whole);
+}
+
 /* ---- All of them. ---- */
 
 static shd_footprint map_footprint(const shd_pattern *p, const shd_footprint *uv, double by) {
@@ -139,6 +157,16 @@ double shd_pattern_mean(const shd_pattern *pattern, const shd_footprint *uv) {
         break;
     }
     return shd_smaller(shd_larger(mean, 0), 1);
+}
+
+double shd_pattern_variance(const shd_pattern *pattern, const shd_footprint *uv, double mean) {
+    const shd_footprint f = map_footprint(pattern, uv, 1);
+    const bool smooth = pattern->kind == SHD_GRADIENT || pattern->kind == SHD_NOISE;
+    const double most = mean * (1 - mean);
+    if (!smooth || !is_usable(&f)) return most;
+    if (pattern->kind == SHD_NOISE) return shd_smaller(noise_variance(pattern->octaves, &f), most);
+    const shd_footprint ramp = shd_footprint_of(&f);
+    return shd_smaller(shd_ramp_variance(pattern->wrap, &ramp), most);
 }
 
 void shd_texture_mean(const shd_pattern *picture, const shd_footprint *uv, double out[4]) {

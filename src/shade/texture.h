@@ -9,6 +9,12 @@
  * Any thread. */
 double shd_pattern_mean(const shd_pattern *pattern, const shd_footprint *uv);
 
+/* The variance of a pattern's field over a footprint where `mean` is its mean, of which there is no
+ * more than mean (1 - mean). Checkers and grids, which are 0 or 1, have that; gradients have their
+ * own, exactly. Noise has what is expected of a footprint of that size anywhere, to some 10
+ * percent. Not finite: the most. Any thread. */
+double shd_pattern_variance(const shd_pattern *pattern, const shd_footprint *uv, double mean);
+
 /* The means of all of its fields (shd_pattern_fields), a picture's as picture.h has them. */
 void shd_pattern_means(const shd_pattern *pattern, const shd_footprint *uv, double out[3]);
 

@@ -173,6 +173,39 @@ double shd_ramp_mean(shd_wrap wrap, const shd_footprint *f) {
     return mean_of(clamp_twice, NULL, f, 0);
 }
 
+static double clamp_square_twice(const void *of, double s) {
+    (void)of;
+    const double beyond = s - 1;
+    if (s <= 0) return 0;
+    return s <= 1 ? s * s * s * s / 12 : 1.0 / 12 + beyond * (1.0 / 3 + beyond / 2);
+}
+
+/* The fraction's square is 2 saw2 + saw1 + 1/3. */
+static double repeat_square_twice(const void *of, double s) {
+    (void)of;
+    return 2 * saw4(s) + saw3(s);
+}
+
+/* (s - 2k)^2 is 8 saw2 + 1/3 of half of s, from the middle of its period. */
+static double mirror_square_twice(const void *of, double s) {
+    (void)of;
+    return 32 * saw4(s / 2 - 0.5);
+}
+
+double shd_ramp_variance(shd_wrap wrap, const shd_footprint *f) {
+    const double half = (fabs(f->x[0]) + fabs(f->y[0])) / 2, low = f->at[0] - half,
+                 high = f->at[0] + half, mean = shd_ramp_mean(wrap, f);
+    double square = 1.0 / 3;
+    if (wrap == SHD_WRAP_CLAMP ? low >= 0 && high <= 1 : floor(low) == floor(high))
+        return (f->x[0] * f->x[0] + f->y[0] * f->y[0]) / 12;
+    if (wrap == SHD_WRAP_CLAMP)
+        square = mean_of(clamp_square_twice, NULL, f, 0);
+    else
+        square += mean_of(wrap == SHD_WRAP_REPEAT ? repeat_square_twice : mirror_square_twice, NULL,
+                          f, 0);
+    return shd_larger(square - mean * mean, 0);
+}
+
 /* ---- Footprints. ---- */
 
 static double length_of(const double v[2]) {

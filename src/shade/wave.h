@@ -36,5 +36,8 @@ double shd_pulse_mean(const shd_pulse *pulse, const shd_footprint *f, int axis);
 /* The mean of s, clamped to [0, 1], or repeated or mirrored there. */
 double shd_ramp_mean(shd_wrap wrap, const shd_footprint *f);
 
+/* The variance of that over the footprint, as exact as its mean. */
+double shd_ramp_variance(shd_wrap wrap, const shd_footprint *f);
+
 /* The same footprint, no thinner than is told above. */
 shd_footprint shd_footprint_of(const shd_footprint *f);

@@ -157,20 +157,12 @@ static inline void share_out(const path *p, const shd_coefficients *k, bool bend
     }
 }
 
-/* Those of an object, where it has this opacity. */
-static shd_coefficients coefficients_at(const path *p, size_t object, const double *opacity) {
-    shd_coefficients k = shd_coefficients_of(p->b->plan, object);
-    k.opacity = opacity;
-    return k;
-}
-
 /* Adds the rays that go on from a surface. `from` has its place, and the share of what is seen
  * there. */
 static void go_on(path *p, const step *from, shd_vec3 ray, const facing *f, size_t object,
-                  const double *opacity, shd_stray_hit *hit) {
+                  const shd_coefficients *k, shd_stray_hit *hit) {
     const shd_material *m = material_of(p->b->plan, object);
     const double eta = f->inside ? m->ior : 1 / m->ior;
-    const shd_coefficients k = coefficients_at(p, object, opacity);
     going mirrored = {.direction = find_mirrored(ray, f), .weight = p->mirrored},
           refracted = {.direction = ray, .weight = p->refracted},
           behind = {.direction = ray,
@@ -178,12 +170,12 @@ static void go_on(path *p, const step *from, shd_vec3 ray, const facing *f, size
                     .straight = from->straight,
                     .stray = shd_stray_straight(hit)};
     shd_vec3 at = f->normal;
-    const bool any = !shd_is_all(k.transmission, k.count, 0),
+    const bool any = !shd_is_all(k->transmission, k->count, 0),
                bends = any && find_refracted(ray, f, eta, &refracted.direction, &at);
     if (p->channels == 3)
-        share_out(p, &k, bends, 3);
+        share_out(p, k, bends, 3);
     else
-        share_out(p, &k, bends, p->channels);
+        share_out(p, k, bends, p->channels);
     const double in = fabs(shd_dot(ray, at));
     if (any) hit->ray.lost |= shd_stray_turns(hit, eta, in);
     mirrored.stray = shd_stray_mirrored(hit, shd_dot(mirrored.direction, f->own));
@@ -261,8 +253,10 @@ static void follow_step(path *p, step *s) {
     const bool varies = material->textures || material->normal;
     const double width = varies ? shd_beam_width(plan->scene, s->length) : 0;
     const shd_beam beam = {met.object, met.triangle, at.position, at.own, ray, width};
-    double scratch[SHD_BINS_MOST];
-    const double *opacity = shd_opacity_at(plan, &beam, scratch);
+    shd_ray_rows rows;
+    const bool rayed = material->textures && material->textures->rayed;
+    const shd_coefficients k =
+        rayed ? shd_coefficients_at(plan, &beam, rows) : shd_coefficients_of(plan, met.object);
     if (shd_turns_normals(plan, met.object)) shd_bump_beam(plan->scene, &beam, &p->sharp, &surface);
     b->local.light(b->local.context, p->scratch, &surface, &met, width, p->local);
     p->out.edge |= hit.ray.lost;
@@ -270,11 +264,11 @@ static void follow_step(path *p, step *s) {
         p->out.error +=
             most_of(p, p->weight) *
             shd_stray_error(b->strays, &hit, met.object, shd_dot(surface.normal, surface.view));
-    add_local(p, opacity, (const double(*)[3])p->local);
+    add_local(p, k.opacity, (const double(*)[3])p->local);
     if (!b->bounces[met.object]) return;
     s->ray = (shd_ray){at.position, ray, INFINITY, {(int32_t)met.object, met.triangle, at.own}};
     const facing f = face_ray(ray, at.own, surface.normal);
-    go_on(p, s, ray, &f, met.object, opacity, &hit);
+    go_on(p, s, ray, &f, met.object, &k, &hit);
 }
 
 /* Beside what waits: the weights of a step and of what goes on from it, and local light. */
@@ -314,12 +308,11 @@ shd_bounced shd_bounce(const shd_bouncing *b, void *scratch, double *room, const
         .length = away,
         .stray = {0, 16 * 0x1p-53, false}};
     const facing f = face_ray(ray, own, at->normal);
-    const double *opacity =
-        at->opacity ? at->opacity : shd_coefficients_of(b->plan, at->object).opacity;
-    add_local(&p, opacity, local);
+    const shd_coefficients k = at->rays ? *at->rays : shd_coefficients_of(b->plan, at->object);
+    add_local(&p, k.opacity, local);
     shd_stray_hit hit =
         shd_stray_meet(b->strays, &first.stray, away, at->object, fabs(shd_dot(ray, own)));
-    go_on(&p, &first, ray, &f, at->object, opacity, &hit);
+    go_on(&p, &first, ray, &f, at->object, &k, &hit);
     while (p.waits && !shd_is_cancelled(b->plan->cancelled)) {
         step next = p.waiting[--p.waits];
         keep(&p, weights_of(&p, p.waits), p.weight);

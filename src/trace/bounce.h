@@ -1,5 +1,6 @@
 /* What mirrors, glass and other surfaces that are no end of a ray show: T. Whitted, "An improved
- * illumination model for shaded display", 1980, with constant coefficients. Per channel,
+ * illumination model for shaded display", 1980, whose coefficients are those of the point. Per
+ * channel,
  *
  *     I = o (local + r I_mirror + t I_refracted) + (1 - o) I_behind
  *

@@ -52,17 +52,23 @@ static void put_knobbed(FILE *out, uint64_t *random, double most, bool grey) {
         fprintf(out, "[%.17g, %.17g, %.17g]", r, g, b);
 }
 
+static const char *const patterns[] = {"checker", "grid", "gradient", "noise"};
+
+/* What a pattern has beside its colors. */
+static void put_field(FILE *out, uint64_t *random, int pattern) {
+    if (pattern == 1) fprintf(out, ", \"width\": %.17g", knob_decades(random, 1e-4, 0.999));
+    if (pattern == 3) fprintf(out, ", \"octaves\": %d", 1 + knob_of(random, 8));
+    put_uv(out, random, pattern == 2 ? any_wrap(random) : NULL);
+}
+
 static void put_print(FILE *out, uint64_t *random, double most, bool grey) {
-    static const char *const patterns[] = {"checker", "grid", "gradient", "noise"};
     const int pattern = knob_of(random, 4);
     fprintf(out, "{\"pattern\": \"%s\", \"colors\": [", patterns[pattern]);
     put_knobbed(out, random, most, grey);
     fputs(", ", out);
     put_knobbed(out, random, most, grey);
     fputs("]", out);
-    if (pattern == 1) fprintf(out, ", \"width\": %.17g", knob_decades(random, 1e-4, 0.999));
-    if (pattern == 3) fprintf(out, ", \"octaves\": %d", 1 + knob_of(random, 8));
-    put_uv(out, random, pattern == 2 ? any_wrap(random) : NULL);
+    put_field(out, random, pattern);
     fputs("}", out);
 }
 
@@ -154,13 +160,50 @@ static void put_shine(FILE *out, uint64_t *random, int model) {
     }
 }
 
+/* A normal of any direction, or one that is near to the surface's own. */
+static void put_code(FILE *out, uint64_t *random) {
+    const double x = knob(random, 0, 1), y = between(random, 0, 1);
+    if (one_of(random, 3))
+        fprintf(out, "[%.17g, %.17g, %.17g]", 0.3 + 0.4 * x, 0.3 + 0.4 * y,
+                between(random, 0.8, 1));
+    else
+        fprintf(out, "[%.17g, %.17g, %.17g]", x, y, between(random, 0, 1));
+}
+
 static void put_bumps(FILE *out, uint64_t *random) {
-    fprintf(out, ", \"normal\": {\"texture\": \"%s\", \"scale\": %.17g",
-            picture_name(FOR_NORMALS, random),
-            one_of(random, 4) ? knob(random, -2, 2)
-                              : (one_of(random, 2) ? 1 : -1) * decades(random, 1e-6, 1000));
-    put_uv(out, random, any_wrap(random));
+    const double scale = one_of(random, 4)
+                             ? knob(random, -2, 2)
+                             : (one_of(random, 2) ? 1 : -1) * decades(random, 1e-6, 1000);
+    fprintf(out, ", \"normal\": {\"scale\": %.17g, ", scale);
+    if (goes_beyond(BEYOND_PRINTS) && one_of(random, 2)) {
+        const int pattern = knob_of(random, 4);
+        fprintf(out, "\"pattern\": \"%s\", \"colors\": [", patterns[pattern]);
+        put_code(out, random);
+        fputs(", ", out);
+        if (one_of(random, 4))
+            put_code(out, random);
+        else
+            fputs("\"#8080ff\"", out);
+        fputs("]", out);
+        put_field(out, random, pattern);
+    } else {
+        fprintf(out, "\"texture\": \"%s\"", picture_name(FOR_NORMALS, random));
+        put_uv(out, random, any_wrap(random));
+    }
     fputs("}", out);
+}
+
+/* In spectra textures of rays are greys: a channel, which has no tint here. */
+static void put_bounced(FILE *out, uint64_t *random, double most) {
+    const bool print = goes_beyond(BEYOND_PRINTS), image = goes_beyond(BEYOND_PICTURES),
+               grey = goes_beyond(BEYOND_SPECTRUM);
+    const int kind = print || image ? one_of(random, 3) : 2;
+    if (kind == 0 && print)
+        put_print(out, random, most, grey);
+    else if (kind < 2 && image)
+        put_image(out, random, most, grey);
+    else
+        put_knobbed(out, random, most, false);
 }
 
 static void put_passage(FILE *out, uint64_t *random) {
@@ -176,11 +219,11 @@ static void put_passage(FILE *out, uint64_t *random) {
     }
     if (goes_beyond(BEYOND_MIRRORS) && one_of(random, 2)) {
         fputs(", \"reflection\": ", out);
-        put_knobbed(out, random, 0.6, false);
+        put_bounced(out, random, 0.6);
     }
     if (goes_beyond(BEYOND_GLASS) && one_of(random, 3) == 0) {
         fputs(", \"transmission\": ", out);
-        put_knobbed(out, random, 0.5, false);
+        put_bounced(out, random, 0.5);
         fprintf(out, ", \"ior\": %.17g", decades(random, 0.5, 2.5));
     }
 }

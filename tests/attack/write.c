@@ -102,7 +102,8 @@ void put_color(FILE *out, const char *name, uint64_t *random, double most) {
         }
     }
     const xyz chosen = {r, grey ? r : g, grey ? r : b};
-    const bool may = strcmp(name, "diffuse") == 0 || strcmp(name, "specular") == 0;
+    const bool may = strcmp(name, "diffuse") == 0 || strcmp(name, "specular") == 0 ||
+                     strcmp(name, "reflection") == 0 || strcmp(name, "transmission") == 0;
     if (style & BEYOND_TEXTURES && may && one_of(random, 3))
         put_pattern(out, name, random, chosen, grey, most);
     else

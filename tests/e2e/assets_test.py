@@ -233,6 +233,11 @@ class AssetsTest(Test):
                          ["diffuse", name_of(wide), 64, 48, 7])
         self.problem(self.daemon.render(textured("brick.png")), 422, "scene", at)
         self.assertEqual(self.daemon.render({**scenes[0], "interpolation": "flat"}).status, 200)
+        silver = {"reflection": {"texture": name_of(wide), "tint": [0.9, 0.8, 0.5]}, "transmission": {"texture": name_of(wide), "channel": "A"}}
+        mirror = {**SMALL, "trace": {"depth": 1}, "objects": [{"type": "sphere", "material": silver}]}
+        told = json.loads(self.daemon.post("/v1/explain", mirror).body)["materials"]["groups"][0]["patterns"]
+        self.assertEqual([one["coefficient"] for one in told], ["reflection", "transmission"])
+        self.assertNotEqual(self.daemon.render(mirror).headers["ETag"], self.daemon.render({**mirror, "trace": {}}).headers["ETag"])
         bumps = {**SMALL, "objects": [{"type": "sphere", "material": {"normal": {"texture": name_of(wide)}}}]}
         answers = [self.daemon.render({**bumps, "interpolation": how}) for how in ("phong", "gouraud", "flat")]
         self.assertEqual([answer.status for answer in answers], [200] * 3)

@@ -102,6 +102,8 @@ class Features(unittest.TestCase):
                                                 "sweep": {"/objects/0/material/shininess": [3, 9]}}),
             "textures": self.texture,
             "normal-maps": lambda: self.texture("normal"),
+            "normal-patterns": lambda: render(with_material(
+                normal={"pattern": "checker", "colors": ["#8080ff", [0.6, 0.5, 0.9]]})),
             "trace": lambda: render({**SMALL, "trace": {"shadows": True}}),
         }
 

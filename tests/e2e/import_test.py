@@ -605,6 +605,23 @@ class Textures(Case):
                                 "usemtl a\nf 1/1 2/2 3/3\n", "--assets", "assets", *words)
         return scene["materials"]["a"], said
 
+    def test_mirrors_follow_the_picture_of_their_highlight(self):
+        a, said = self.mtl("Ks 0.5 1 0.25\nNs 90\nillum 3\nmap_Ks wood.png\n")
+        self.assertNotIn("left out", said)
+        self.assertEqual(self.kept(a["reflection"]), LEFT_RED)
+        self.assertEqual(a["reflection"], a["specular"])
+        np.testing.assert_allclose(a["reflection"]["tint"], [0.5, 1, 0.25], rtol=1e-6)
+        a, _ = self.mtl("Ks 0.5 1 0.25\nNs 90\nillum 7\nTf 1 1 1\nmap_Ks wood.png\n")
+        self.assertTrue(all(isinstance(part, float | int) for part in a["reflection"] + a["transmission"]))
+
+    def test_files_that_no_daemon_takes_by_default_are_told(self):
+        large = LEFT_RED + bytes(32 << 20)  # behind its end, where nobody looks
+        (self.folder / "large.png").write_bytes(large)
+        _, said = self.mtl("map_Kd large.png\n")
+        self.assertIn(f"has {len(large)} bytes: a daemon takes {32 << 20} in a request, unless its --max-body", said)
+        _, said = self.mtl("map_Kd wood.png\n")
+        self.assertNotIn("--max-body", said)
+
     def test_mtl_places_pictures(self):
         for options, file, uv in (
                 ("-s 2 3 1 -o 0.5 -0.25 0", "wood.png", {"scale": [2, 3], "offset": [0.5, -0.25]}),

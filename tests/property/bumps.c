@@ -350,7 +350,6 @@ static void what_has_no_frame_is_refused(void **state) {
     refuse(state, space, ball, "", "/objects/0/material/normal/space");
     refuse(state, channel, ball, "", "/objects/0/material/normal/channel");
     refuse(state, large, ball, "", "/objects/0/material/normal/scale");
-    refuse(state, "\"normal\": {\"pattern\": \"noise\", \"colors\": [0, 1]}", ball, "", at);
     refuse(state, "\"normal\": [0, 0, 1]", ball, "", at);
     refuse(state, colored, ball, "\"spectral\": true, \"trace\": {\"depth\": 1}, ", "/objects/0");
     refuse(state, map, "\"type\": \"mesh\", \"positions\": [0, 0, 0, 1, 0, 0, 0, 1, 0]", "",

@@ -119,8 +119,8 @@ static void patterns_and_pictures_have_no_other_place(void **state) {
     static const char has_no_place[] = "a pattern has no place here: emissive, ambient,",
                       no_pictures[] = "a picture has no place here: emissive, ambient,";
     static const refusal cases[] = {
-        {OBJECT("'type': 'sphere', 'material': {'reflection': " PATTERN "}"),
-         "/objects/0/material/reflection/pattern", has_no_place},
+        {"{'objects': [], 'lights': [{'type': 'point', 'color': " PATTERN "}]}",
+         "/lights/0/color/pattern", has_no_place},
         {OBJECT(
              "'type': 'sphere', 'material': {'model': 'cook-torrance', 'fresnel': {'f0': " PATTERN
              "}, 'lobes': [{'roughness': 0.4}]}"),
@@ -128,8 +128,6 @@ static void patterns_and_pictures_have_no_other_place(void **state) {
         {"{'background': " PATTERN ", 'objects': []}", "/background/pattern", has_no_place},
         {ON("'pattern': 'checker', 'colors': [0, " PATTERN "]"), AT "/colors/1/pattern",
          has_no_place},
-        {OBJECT("'type': 'sphere', 'material': {'transmission': {'texture': 'x'}}"),
-         "/objects/0/material/transmission/texture", no_pictures},
         {"{'background': {'texture': 'x'}, 'objects': []}", "/background/texture", no_pictures},
         {ON("'texture': 'x', 'tint': {'texture': 'x'}"), AT "/tint/texture", no_pictures},
     };
@@ -166,6 +164,65 @@ static void opacities_are_shares(void **state) {
     drop(&not_traced);
 }
 
+#define COAT(trace, members)                                                                       \
+    "{'trace': {'depth': " trace "}, 'objects': [{'type': 'disc', 'material': {" members "}}]}"
+#define GRID(colors) "{'pattern': 'grid', 'colors': " colors "}"
+
+static void mirrors_and_glass_have_no_negative_colors(void **state) {
+    (void)state;
+    static const refusal cases[] = {
+        {COAT("1", "'reflection': " GRID("[0, -1]")), "/objects/0/material/reflection",
+         "must be 0 or more in every channel, and this has -1"},
+        {COAT("0", "'transmission': " GRID("[[1, 1, -0.1], 1]")),
+         "/objects/0/material/transmission", "0 or more"},
+        {COAT("1", "'reflection': {'texture': 'x'}"), "/objects/0/material/reflection/texture",
+         "no assets are kept here"},
+        {COAT("1", "'transmission': {'pattern': 'grid'}"), "/objects/0/material/transmission",
+         "colors"},
+        {"{'spectral': true, 'trace': {'depth': 1}, 'objects': [{'type': 'sphere', 'material': "
+         "{'reflection': " GRID("[0, [1, 1, 0.5]]") "}}]}",
+         "/objects/0", "in a spectral scene a reflection that is"},
+        {"{'spectral': true, 'trace': {'depth': 1}, 'objects': [{'type': 'sphere', 'material': "
+         "{'transmission': " GRID("[[0, 0, 0.1], 1]") "}}]}",
+         "/objects/0", "in a spectral scene a transmission that is"},
+        {"{'trace': {'depth': 1}, 'objects': [{'type': 'mesh', " CORNERS
+         ", 'material': {'reflection': " GRID("[0, 1]") "}}]}",
+         "/objects/0", "needs `uvs`"},
+    };
+    ASSERT_REFUSED(cases);
+}
+
+static void mirrors_and_glass_are_the_most_of_their_patterns(void **state) {
+    (void)state;
+    reading r = read_scene(COAT("2", "'reflection': " GRID(
+                                         "[[0.5, 0.2, 3], [0.1, 0.3, 0]]") ", "
+                                                                           "'transmission': " GRID(
+                                                                               "[0.25, 0.75]"))),
+            turns =
+                read_scene(COAT("2", "'reflection': " GRID("[0.9, 0]") ", 'transmission': " GRID(
+                                         "[0, [1, 1, 1.5]]"))),
+            dull = read_scene(COAT("2", "'reflection': " GRID("[0, 0]"))),
+            not_traced = read_scene(COAT("0", "'reflection': " GRID("[0, 1]")));
+    const shd_material *m = &r.scene->materials[0], *taking = &turns.scene->materials[0];
+    assert_non_null(m->reflection_texture);
+    assert_non_null(m->transmission_texture);
+    assert_rgb(m->reflection, 0.5, 0.3, 3);
+    assert_rgb(m->transmission, 0.75, 0.75, 0.75);
+    /* Of both on one field no more than where it is least or most. */
+    assert_true(shd_bounced_most(m, 0) == 0.1 + 0.75 && shd_bounced_most(m, 2) == 3 + 0.25);
+    assert_true(has_warning(&r, "/objects/0/material", "3.25 times what its rays meet"));
+    assert_true(shd_bounced_most(taking, 0) == 1 && shd_bounced_most(taking, 2) == 1.5);
+    assert_true(has_warning(&turns, "/objects/0/material", "1.5 times what its rays meet"));
+    assert_null(dull.scene->materials[0].reflection_texture);
+    assert_int_equal(dull.report.warning_count, 0);
+    assert_null(not_traced.scene->materials[0].reflection_texture);
+    assert_true(has_warning(&not_traced, "/objects/0/material", "not seen without a `depth`"));
+    drop(&r);
+    drop(&turns);
+    drop(&dull);
+    drop(&not_traced);
+}
+
 static void digests_know_patterns(void **state) {
     (void)state;
     static const char *const scenes[] = {
@@ -184,6 +241,12 @@ static void digests_know_patterns(void **state) {
         OBJECT("'type': 'sphere', 'material': {'diffuse': 1, 'specular': {'pattern': 'checker', "
                "'colors': [0, 1]}}"),
         OBJECT("'type': 'sphere', 'material': {'diffuse': 1, 'specular': 1}"),
+        COAT("1", "'reflection': 1"),
+        COAT("1", "'reflection': " GRID("[0, 1]")),
+        COAT("1", "'reflection': " GRID("[0.5, 1]")),
+        COAT("1", "'transmission': " GRID("[0, 1]")),
+        COAT("1", "'reflection': 1, 'transmission': " GRID("[0, 1]")),
+        COAT("1", "'transmission': 1, 'reflection': " GRID("[0, 1]")),
     };
     enum { COUNT = sizeof scenes / sizeof scenes[0] };
     char digests[COUNT][33];
@@ -207,6 +270,8 @@ int main(void) {
         cmocka_unit_test(patterns_need_a_chart_and_colors_that_multiply),
         cmocka_unit_test(patterns_and_pictures_have_no_other_place),
         cmocka_unit_test(opacities_are_shares),
+        cmocka_unit_test(mirrors_and_glass_have_no_negative_colors),
+        cmocka_unit_test(mirrors_and_glass_are_the_most_of_their_patterns),
         cmocka_unit_test(digests_know_patterns),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

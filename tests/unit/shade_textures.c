@@ -4,6 +4,8 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
 
 #include <cmocka.h>
 
@@ -71,6 +73,60 @@ static void means_are_those_of_all_points(void **state) {
         enum { SIDE = 200 };
         const double mean = shd_pattern_mean(&p, &f), sum = brute_force(&p, &f, SIDE);
         if (fabs(mean - sum) > 0.01) fail_msg("case %d: %.6f, but %.6f by force", k, mean, sum);
+    }
+}
+
+/* Gradients alone are neither 0 nor 1 as well as smooth. */
+static void variances_are_those_of_all_points(void **state) {
+    (void)state;
+    enum { SIDE = 100 };
+    for (int k = 0; k < 60; k++) {
+        const shd_pattern p = random_pattern(5 * k + 2 + k % 3);
+        const double size = exp(uniform(-6, 2)), other = exp(uniform(-6, 2));
+        const shd_footprint f = {{uniform(-3, 3), uniform(-3, 3)},
+                                 {uniform(-size, size), uniform(-size, size)},
+                                 {uniform(-other, other), uniform(-other, other)}};
+        double sum = 0, squares = 0;
+        for (int i = 0; i < SIDE * SIDE; i++) {
+            const double a = (i % SIDE + uniform(0, 1)) / SIDE - 0.5,
+                         b = ((double)(i / SIDE) + uniform(0, 1)) / SIDE - 0.5,
+                         w = value_of(&p, f.at[0] + a * f.x[0] + b * f.y[0],
+                                      f.at[1] + a * f.x[1] + b * f.y[1]);
+            sum += w / SIDE / SIDE;
+            squares += w * w / SIDE / SIDE;
+        }
+        const double told = shd_pattern_variance(&p, &f, shd_pattern_mean(&p, &f));
+        if (fabs(told - (squares - sum * sum)) > 0.002)
+            fail_msg("case %d: %.6f, but %.6f by force", k, told, squares - sum * sum);
+    }
+}
+
+/* Of noise it is what footprints have on the average. */
+static void noise_varies_as_much_as_is_expected(void **state) {
+    (void)state;
+    enum { PLACES = 900, POINTS = 60 };
+    for (int k = 0; k < 12; k++) {
+        const shd_pattern p = {
+            .kind = SHD_NOISE, .map = {{1, 0, 0}, {0, 1, 0}}, .octaves = 1 + k % 3};
+        const double wide = 0.05 * pow(2.5, k % 6), narrow = k < 6 ? wide : 0.2 * wide;
+        double sum = 0;
+        for (int i = 0; i < PLACES; i++) {
+            const double s = uniform(-99, 99), t = uniform(-99, 99);
+            double mean = 0, squares = 0;
+            for (int j = 0; j < POINTS; j++) {
+                const shd_footprint point = {
+                    {s + wide * uniform(-0.5, 0.5), t + narrow * uniform(-0.5, 0.5)}, {0}, {0}};
+                const double w = shd_pattern_mean(&p, &point);
+                mean += w / POINTS;
+                squares += w * w / POINTS;
+            }
+            sum += (squares - mean * mean) * POINTS / (POINTS - 1.0) / PLACES;
+        }
+        const shd_footprint f = {{0.3, 0.4}, {wide, 0}, {0, narrow}};
+        const double told = shd_pattern_variance(&p, &f, 0.5);
+        if (!(fabs(told / sum - 1) < 0.2)) fail_msg("case %d: %g, but %g by force", k, told, sum);
+        if (getenv("SHADED_MEASURE"))
+            printf("%.3g x %.3g, %d octaves: %.4g by %.4g\n", wide, narrow, p.octaves, told, sum);
     }
 }
 
@@ -150,6 +206,8 @@ static void any_footprint_has_a_mean(void **state) {
             const shd_footprint f = {{v[0], v[1]}, {v[2], v[3]}, {v[4], v[5]}};
             const double mean = shd_pattern_mean(&p, &f);
             assert_true(mean >= 0 && mean <= 1);
+            const double variance = shd_pattern_variance(&p, &f, mean);
+            assert_true(variance >= 0 && variance <= mean * (1 - mean));
         }
 }
 
@@ -323,6 +381,10 @@ static void rounding_moves_no_mean(void **state) {
         const double one = shd_pattern_mean(&p, &f), other = shd_pattern_mean(&p, &beside);
         if (fabs(one - other) > 1e-6)
             fail_msg("%s %d: %.9g and %.9g", shd_pattern_names[p.kind], k, one, other);
+        const double spread = shd_pattern_variance(&p, &f, one),
+                     spreads = shd_pattern_variance(&p, &beside, other);
+        if (fabs(spread - spreads) > 1e-6)
+            fail_msg("%s %d: %.9g and %.9g", shd_pattern_names[p.kind], k, spread, spreads);
     }
 }
 
@@ -347,6 +409,8 @@ static void lines_are_the_same_a_whole_number_aside(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(means_are_those_of_all_points),
+        cmocka_unit_test(variances_are_those_of_all_points),
+        cmocka_unit_test(noise_varies_as_much_as_is_expected),
         cmocka_unit_test(edges_are_as_sharp_as_pixels),
         cmocka_unit_test(what_is_finer_than_pixels_is_its_mean),
         cmocka_unit_test(noise_is_one_field),

@@ -1,6 +1,7 @@
 #include "bound/light/brightest.h"
 
 #include "plan/around.h"
+#include "plan/paths.h"
 
 double shd_shape_distance(const shd_place *place, const shd_light *shape) {
     return shd_larger(shd_least_distance(place, shape->position) - shd_light_reach(shape), 0);
@@ -65,10 +66,8 @@ double shd_brightest(const shd_plan *plan) {
         behind = shd_larger(behind, fabs(scene->background[c]));
     for (size_t i = 0; i < scene->object_count; i++) {
         if (shd_is_cancelled_at(plan->cancelled, i)) break;
-        const shd_coefficients k = shd_coefficients_of(plan, i);
         local = shd_larger(local, brightest_of(plan, i));
-        for (size_t c = 0; c < k.count && scene->trace.depth; c++)
-            on = shd_larger(on, fabs(k.reflection[c]) + fabs(k.transmission[c]));
+        on = shd_larger(on, shd_sent_on(plan, i));
     }
     if (plan->tinted)
         behind =

@@ -119,20 +119,11 @@ bool shd_lets_through(const shd_plan *plan, size_t object) {
     return plan->scene->trace.depth && !shd_is_all(k.opacity, k.count, 1);
 }
 
-/* What of further rays a surface shows, at most. */
-static double sends_on(const shd_plan *plan, size_t object) {
-    const shd_coefficients k = shd_coefficients_of(plan, object);
-    double most = 0;
-    for (size_t c = 0; c < k.count; c++)
-        most = shd_larger(most, fabs(k.reflection[c]) + fabs(k.transmission[c]));
-    return plan->scene->trace.depth ? most : 0;
-}
-
 /* I = o (local + r I_m + t I_t) + (1 - o) I_b is off by no more than local and (r + t) times what
  * further rays are off by, or by as much as these. */
 void shd_add_beyond(const shd_plan *plan, size_t object, shd_brought local,
                     const shd_brought *beyond, shd_brought *out) {
-    const double on = sends_on(plan, object);
+    const double on = shd_sent_on(plan, object);
     out->most = shd_larger(out->most, local.most + on * beyond->most);
     out->error = shd_larger(out->error, local.error + on * beyond->error);
     if (!shd_lets_through(plan, object)) return;
@@ -189,7 +180,7 @@ shd_brought shd_find_beyond(const shd_plan *plan, double rounding, bool estimate
     const shd_extent extent = shd_extent_of(plan);
     shd_brought beyond = {0, 0};
     bool bends = false;
-    for (size_t i = 0; i < scene->object_count && !bends; i++) bends = sends_on(plan, i) > 0;
+    for (size_t i = 0; i < scene->object_count && !bends; i++) bends = shd_sent_on(plan, i) > 0;
     if (!bends) return beyond;
     shd_drift drifts[SHD_DRIFTS];
     shd_find_drifts(plan, &extent, drifts);

@@ -75,10 +75,11 @@ void shd_textured_weigh(const shd_scenery *scenery, const shd_plan_textures *tex
             shd_pattern_means(pattern, &uv, means);
             for (int c = 0; c < fields; c++) s->weights[field++][i] = means[c];
         }
-        if (textures->opacity && s->opacity) {
-            double opacity[3];
-            shd_opacity_mean(textures->opacity, &uv, opacity);
-            for (int c = 0; c < 3; c++) s->opacity[c][first + i] = opacity[c];
+        for (int k = 0; textures->rayed && k < SHD_RAY_COEFFICIENTS; k++) {
+            if (!textures->rays[k].texture || !s->shares[k]) continue;
+            double mean[3];
+            shd_ray_mean(&textures->rays[k], &uv, mean);
+            for (int c = 0; c < 3; c++) s->shares[k][c][first + i] = mean[c];
         }
     }
 }

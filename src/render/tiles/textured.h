@@ -8,7 +8,7 @@
 #include "render/tiles/tile.h"
 #include "shade/beam.h"
 
-/* Fills s->weights for the hits first .. first + count - 1, and s->opacity at their places. */
+/* Fills s->weights for the hits first .. first + count - 1, and s->shares at their places. */
 void shd_textured_weigh(const shd_scenery *scenery, const shd_plan_textures *textures,
                         const shd_hits *hits, size_t first, size_t count, shd_tile_scratch *s);
 

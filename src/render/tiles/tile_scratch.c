@@ -39,7 +39,8 @@ static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_sc
         s->exact = shd_scratch_rows64(memory, rows + (plan->textured ? 3 : 0), length);
     if (plan->textured) s->weights = shd_scratch_rows64(memory, plan->max_fields, length);
     if (plan->textured && plan->scene->trace.depth) {
-        s->opacity = shd_scratch_rows64(memory, 3, length);
+        for (int k = 0; k < 3; k++)
+            if (plan->rayed[k]) s->shares[k] = shd_scratch_rows64(memory, 3, length);
         s->beam = shd_scratch_rows64(memory, plan->max_fields, 1);
     }
     if (plan->antialiased || plan->bumped)

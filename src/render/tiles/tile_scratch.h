@@ -67,10 +67,12 @@ typedef struct shd_tile_scratch {
      * they add to. */
     double **exact;
     double **weights; /* [plan->max_patterns]: what a run's patterns are at its points */
-    double **opacity; /* [3]: of each hit, if its material's is a texture and rays are followed */
-    double **beam;    /* [plan->max_fields] of 1: what patterns are where a further ray ends */
-    double **sharp;   /* [2 max_lobes + 3]: shd_points64.sharp of each hit, if lobes differ */
-    double **facets;  /* [3]: shd_points64.facets, if some have a texture */
+    /* [3] each: the opacity, reflection and transmission of each hit, if its material's is a
+     * texture; NULL: none is, or rays are not followed */
+    double **shares[3];
+    double **beam;   /* [plan->max_fields] of 1: what patterns are where a further ray ends */
+    double **sharp;  /* [2 max_lobes + 3]: shd_points64.sharp of each hit, if lobes differ */
+    double **facets; /* [3]: shd_points64.facets, if some have a texture */
     struct shd_smooth *smooth; /* cells of environments' light (smooth.h); NULL: there are none */
     uint32_t *which;           /* lights that may reach a run */
     shd_afar_scratch afar;     /* of a plan that has bunches */

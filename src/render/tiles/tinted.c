@@ -76,7 +76,7 @@ void shd_tinted_hit(const shd_scenery *scenery, const shd_surface *at, const shd
 void shd_tinted_planes(const shd_scenery *scenery, const shd_surface *at, shd_tile_scratch *s,
                        size_t i, const double radiance[3], double (*local)[3]) {
     const shd_plan *plan = scenery->plan;
-    const double *opacity = at->opacity ? at->opacity : at->material->tint->opacity;
+    const double *opacity = at->rays ? at->rays->opacity : at->material->tint->opacity;
     double beauty[3], color[3] = {0};
     shd_bins_mix(plan->bins->count, opacity, (const double(*)[3])local, beauty);
     for (size_t p = 0; p < plan->plane_count; p++) {

@@ -207,16 +207,29 @@ static void note_stray(const shd_bounced *b, float *most) {
     if (!(error <= *most)) *most = error;
 }
 
+/* What a surface with textures makes of rays at hit i. */
+static shd_coefficients coefficients_of_hit(const shd_plan *plan, const shd_surface *at, size_t i,
+                                            const shd_tile_scratch *s, shd_ray_rows rows) {
+    const shd_plan_textures *textures = at->material->textures;
+    shd_coefficients out = shd_coefficients_of(plan, at->object);
+    for (int k = 0; k < SHD_RAY_COEFFICIENTS; k++)
+        for (size_t c = 0; textures->rays[k].texture && c < out.count; c++)
+            rows[k][c] = s->shares[k][plan->tinted ? 0 : c][i]; /* one number in spectral scenes */
+    shd_take_rows(textures, rows, &out);
+    return out;
+}
+
 /* Follows the rays from hit i. */
 static void bounce_hit(const shd_scenery *scenery, const shd_surface *at, size_t i,
                        shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
-    double local[SHD_BINS_MOST][3], own[SHD_BINS_MOST];
+    double local[SHD_BINS_MOST][3];
     shd_surface seen = *at;
-    if (at->material->textures && at->material->textures->opacity) {
-        for (size_t c = 0; c < shd_ray_channels(plan); c++)
-            own[c] = s->opacity[plan->tinted ? 0 : c][i]; /* one number in spectral scenes */
-        seen.opacity = own;
+    shd_ray_rows rows;
+    shd_coefficients own;
+    if (at->material->textures && at->material->textures->rayed) {
+        own = coefficients_of_hit(plan, at, i, s, rows);
+        seen.rays = &own;
     }
     for (int c = 0; c < 3; c++) local[0][c] = (double)s->sums[shd_sum_of(plan, 0, 0, c)][i];
     if (plan->tinted) shd_tinted_hit(scenery, at, s, i, 0, local);
@@ -234,7 +247,7 @@ static void bounce_hit(const shd_scenery *scenery, const shd_surface *at, size_t
         shd_tinted_planes(scenery, &seen, s, i, b.radiance, local);
         return;
     }
-    const double *opacity = seen.opacity ? seen.opacity : at->material->from->opacity;
+    const double *opacity = seen.rays ? seen.rays->opacity : at->material->from->opacity;
     for (size_t p = 0; p < plan->plane_count; p++)
         for (int c = 0; c < 3; c++) {
             float *value = &s->sums[shd_sum_of(plan, p, 0, c)][i];

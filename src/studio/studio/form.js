@@ -69,11 +69,12 @@ export class Form {
         return h("fieldset.group", {}, h("legend", {}, title), ...rows);
     }
 
-    /* One of several objects, told apart by `type` or by the member that they need. */
+    /* One of several objects, told apart by `type`, `pattern` or the member that they need. */
     #variants(schema, name, pointer, title) {
         const variants = this.schema.variants(schema);
-        const nameOf = one => one.properties.type?.const ?? this.schema.tags(one, "type")[0] ?? one.required?.[0] ?? Object.keys(one.properties)[0];
-        const fits = (one, value) => value.type !== undefined ? nameOf(one) === value.type
+        const nameOf = one => one.properties.type?.const ?? one.properties.pattern?.const ?? this.schema.tags(one, "type")[0] ?? one.required?.[0] ?? Object.keys(one.properties)[0];
+        const tagOf = value => value.type ?? value.pattern;
+        const fits = (one, value) => tagOf(value) !== undefined ? nameOf(one) === tagOf(value)
             : Object.keys(value).every(key => key in one.properties);
         const value = this.store.get(pointer);
         const plain = variants.find(one => !one.required?.length);
@@ -95,7 +96,7 @@ export class Form {
         for (const name of variant.required ?? []) {
             if (name === "matrix") return { matrix: [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1] };
             const schema = this.schema.of(variant.properties[name]);
-            made[name] = schema.const ?? schema.default ?? { f0: 0.04, n: 1.5, roughness: 0.2 }[name] ?? schema.minimum ?? (schema.type === "string" ? "" : 0.5);
+            made[name] = schema.const ?? schema.default ?? { f0: 0.04, n: 1.5, roughness: 0.2 }[name] ?? schema.examples?.[0] ?? schema.minimum ?? (schema.type === "string" ? "" : 0.5);
         }
         return made;
     }
@@ -131,6 +132,6 @@ export function outline(value) {
     if (Array.isArray(value)) return typeof value[0] === "object" ? value.map(outline) : "a";
     if (value && typeof value === "object")
         return Object.entries(value).filter(([, one]) => one && typeof one === "object")
-            .map(([name, one]) => [name, outline(one)]).concat([["", value.type ?? value.model ?? Object.keys(value).length > 0]]);
+            .map(([name, one]) => [name, outline(one)]).concat([["", value.type ?? value.model ?? value.pattern ?? Object.keys(value).length > 0]]);
     return "v";
 }
