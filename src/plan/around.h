@@ -2,6 +2,7 @@
 #pragma once
 
 #include "plan/peaks.h"
+#include "plan/spread.h"
 #include "scene/surroundings.h"
 
 /* No color of a map becomes a larger one in the working space than its largest channel times this.
@@ -62,7 +63,7 @@ static inline double shd_around_most(const shd_light *environment, double expone
 static inline double shd_around_most_of(const shd_light *environment, const shd_plan_material *m,
                                         size_t term, double peak) {
     if (shd_is_symmetric(m->model, term))
-        return shd_around_most(environment, term ? m->lobes[term - 1].shininess : 1);
+        return shd_around_most(environment, term ? shd_dullest(m, term - 1) : 1);
     const shd_peak own = shd_peak_of(m, term);
     const double most = shd_smaller(own.most, peak), gain = shd_around_gain(environment);
     if (!(most < INFINITY)) return gain * environment->map->most * own.whole;

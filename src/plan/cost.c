@@ -224,9 +224,11 @@ static double patterns_of(const shd_plan_material *material, bool faceted) {
         if (textures->rays[k].texture)
             sum += textures->rays[k].texture->pattern.picture ? PICTURE : MEAN;
     if (faceted) return sum;
-    if (material->normal)
-        sum += (textures ? 0 : FOOTPRINT) + FRAME +
-               (material->normal->pattern.picture ? PICTURE : MEAN);
+    if (!textures && (material->normal || material->gloss)) sum += FOOTPRINT;
+    if (material->normal) sum += FRAME + (material->normal->pattern.picture ? PICTURE : MEAN);
+    for (size_t k = 0; material->gloss && k < material->lobe_count; k++)
+        if (material->gloss[k].texture)
+            sum += material->gloss[k].texture->pattern.picture ? PICTURE : MEAN;
     if (material->antialiased) sum += BEND + WIDEN * (double)material->lobe_count;
     return sum;
 }

@@ -28,11 +28,12 @@ shd_peak shd_peak_of(const shd_plan_material *m, size_t term) {
         return (shd_peak){1 + b, 1 + 2 * b};
     }
     if (m->model == SHD_MODEL_COOK_TORRANCE) return (shd_peak){INFINITY, 1};
-    const double n = m->lobes[term - 1].shininess, phong = 2 / (n + 1), factor = (n + 2) / 2;
+    const double n = m->lobes[term - 1].shininess, phong = 2 / (shd_dullest(m, term - 1) + 1),
+                 factor = (n + 2) / 2;
     if (m->model == SHD_MODEL_PHONG_NORMALIZED) {
         /* (n' + 2) / (n' + 1) is largest of the widest lobe. Those of others are as before: (n' +
-         * 1) / (n + 1) times 2 / (n' + 1). */
-        const double widest = shd_widest(m, n);
+         * 1) / (n + 1) times 2 / (n' + 1), of the least n that a pattern has. */
+        const double widest = shd_widest(m, term - 1);
         return (shd_peak){factor, (widest + 2) / 2 * (2 / (widest + 1))};
     }
     return (shd_peak){1, m->model == SHD_MODEL_BLINN_PHONG ? shd_smaller(4 * phong, 2) : phong};
@@ -85,9 +86,9 @@ static double most_seen(const shd_light *shape, double nearest) {
 }
 
 /* 4 m^2 e^(1 / m^2 - 2) and 1 / m^2 are largest at either end of what widened lobes have. */
-static double facets_most(const shd_plan_material *m, double roughness) {
-    const double own = shd_facets_most(roughness);
-    return m->pointwise ? shd_larger(own, shd_facets_most(shd_widest(m, roughness))) : own;
+static double facets_most(const shd_plan_material *m, size_t lobe) {
+    const double own = shd_facets_most(m->lobes[lobe].shininess);
+    return m->pointwise ? shd_larger(own, shd_facets_most(shd_widest(m, lobe))) : own;
 }
 
 double shd_shape_most_at(const shd_light *shape, const shd_plan_material *m, size_t term,
@@ -97,8 +98,7 @@ double shd_shape_most_at(const shd_light *shape, const shd_plan_material *m, siz
         const double by_view = at->view > 0 ? 1 / at->view : INFINITY,
                      by_half = at->half > 0 ? 2 / at->half : INFINITY,
                      mirrored = shd_mirrored_most(m, at->half);
-        peak.most = mirrored * facets_most(m, m->lobes[term - 1].shininess) *
-                    shd_smaller(by_view, by_half) / 4;
+        peak.most = mirrored * facets_most(m, term - 1) * shd_smaller(by_view, by_half) / 4;
         peak.whole *= mirrored;
     }
     const double of_all = peak.whole * SHD_PI / shd_light_area(shape),

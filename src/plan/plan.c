@@ -224,6 +224,39 @@ static void note_bumped(shd_plan *plan) {
     }
 }
 
+static bool is_glossy(const shd_material *m) {
+    bool any = false;
+    for (size_t k = 0; m->lobe_gloss && k < m->lobe_count; k++)
+        any |= m->lobe_gloss[k] && !shd_is_black(m->lobes[k].specular);
+    return any;
+}
+
+static void note_glossed(shd_plan *plan) {
+    const shd_scene *scene = plan->scene;
+    for (size_t i = 0; i < scene->object_count; i++) {
+        const shd_object *object = &scene->objects[i];
+        if (!is_glossy(&scene->materials[object->material])) continue;
+        plan->glossed = true;
+        plan->charted |= object->shape == SHD_MESH;
+    }
+}
+
+/* False: memory. */
+static bool plan_gloss(const shd_material *from, shd_arena *arena, shd_plan_material *out) {
+    if (!is_glossy(from)) return true;
+    shd_gloss *gloss = shd_arena_alloc(arena, out->lobe_count, sizeof *gloss);
+    if (!gloss) return false;
+    for (size_t i = 0, k = 0; i < from->lobe_count; i++) {
+        if (shd_is_black(from->lobes[i].specular)) continue;
+        const double own = from->lobes[i].shininess;
+        gloss[k] = (shd_gloss){from->lobe_gloss[i], own, own};
+        if (gloss[k].texture) shd_texture_span(gloss[k].texture, &gloss[k].least, &gloss[k].most);
+        k++;
+    }
+    out->gloss = gloss;
+    return true;
+}
+
 static void note_textures(shd_plan *plan, const shd_plan_textures *textures) {
     plan->textured = true;
     plan->hued |= textures->hued;
@@ -249,7 +282,7 @@ static bool add_parts(shd_plan *plan, const shd_ambience *ambient, shd_arena *ar
 static void note_points(const shd_plan *plan, shd_plan_material *m) {
     m->antialiased = plan->antialiased && m->from->antialiased && m->lobe_count > 0;
     m->normal = m->from->normal_texture;
-    m->pointwise = m->antialiased || m->normal;
+    m->pointwise = m->antialiased || m->normal || m->gloss;
 }
 
 static bool make_materials(shd_plan *plan, const shd_ambience *ambient, shd_arena *arena) {
@@ -262,6 +295,7 @@ static bool make_materials(shd_plan *plan, const shd_ambience *ambient, shd_aren
     if (!materials) return false;
     for (size_t i = 0; i < scene->material_count; i++) {
         if (!plan_material(&scene->materials[i], ambient->rgb, arena, &materials[i]) ||
+            !plan_gloss(&scene->materials[i], arena, &materials[i]) ||
             !shd_plan_material_bins(plan, ambient->bins, arena, &materials[i]))
             return false;
         note_points(plan, &materials[i]);
@@ -315,7 +349,8 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
     if (!shd_plan_light_bins(plan, lights, count, arena)) return false;
     note_antialiased(plan);
     note_bumped(plan);
-    plan->beyond_points = plan->antialiased || plan->bumped ||
+    note_glossed(plan);
+    plan->beyond_points = plan->antialiased || plan->bumped || plan->glossed ||
                           is_beyond_points(scene, lights, count) ||
                           is_beyond_floats(scene, lights, count);
     plan->extended = plan->beyond_points || has_models(scene);

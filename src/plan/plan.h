@@ -59,6 +59,12 @@ typedef struct shd_glow {
     double error;                      /* no sum that it gives is farther off */
 } shd_glow;
 
+/* A lobe's exponent or roughness that is a pattern or a picture of numbers. */
+typedef struct shd_gloss {
+    const shd_texture *texture; /* NULL: it is one number */
+    double least, most;
+} shd_gloss;
+
 typedef struct shd_plan_material {
     double emissive[3];
     double ambient[3];  /* ka Ia */
@@ -69,7 +75,7 @@ typedef struct shd_plan_material {
     size_t lobe_count;
     bool front_only;
     bool antialiased; /* lobes are widened where objects bend (shade/bend.h) */
-    bool pointwise;   /* lobes differ from point to point: that, or a map of normals */
+    bool pointwise;   /* lobes differ from point to point: that, a map of normals, or `gloss` */
     shd_model model;
     const shd_material *from;      /* what of it only extended scenes have */
     const shd_table_limits *table; /* of its microgeometry; NULL: none, or not simulated yet */
@@ -83,6 +89,8 @@ typedef struct shd_plan_material {
     const shd_tint *tint;                     /* NULL: rays carry three channels */
     const struct shd_plan_textures *textures; /* its patterns (plan/textures.h); NULL: none */
     const shd_texture *normal; /* its map of normals (shade/bump.h); NULL: it has none */
+    /* [lobe_count]; lobes are then the sharpest that they are anywhere. NULL: none is a texture. */
+    const shd_gloss *gloss;
 } shd_plan_material;
 
 /* An object as its lights see it. */
@@ -148,6 +156,7 @@ typedef struct shd_plan {
     bool bent_meshes; /* and one of these is a mesh, so that hits tell of triangles */
     bool bumped;      /* some object has a map of normals: what follows from its own normals alone
                        * does not hold of it */
+    bool glossed;     /* some object has exponents or roughness that are a pattern or a picture */
     const shd_plan_object *objects; /* as shd_scene.objects */
     const shd_plan_group *groups;
     size_t group_count;
@@ -313,6 +322,13 @@ double shd_lifted_most(const shd_bins *bins);
 static inline bool shd_turns_normals(const shd_plan *plan, size_t object) {
     return plan->materials[plan->objects[object].material].normal &&
            plan->scene->objects[object].interpolation == SHD_PHONG;
+}
+
+/* Whether a map or a pattern changes the object's lobes at each sample. */
+static inline bool shd_sharpens(const shd_plan *plan, size_t object) {
+    return shd_turns_normals(plan, object) ||
+           (plan->materials[plan->objects[object].material].gloss &&
+            plan->scene->objects[object].interpolation == SHD_PHONG);
 }
 
 /* Fills [bins->count] with what each bin adds to a light's color. */

@@ -46,10 +46,16 @@ static inline double shd_widest_of_bent(shd_model model, double shininess) {
     return widest > SHD_BLUNTEST ? widest : shininess < SHD_BLUNTEST ? shininess : SHD_BLUNTEST;
 }
 
-/* The other end of what a material's lobe may become anywhere: by a map of normals first, and then
- * by how its objects bend. */
-static inline double shd_widest(const shd_plan_material *m, double shininess) {
-    double widest = shininess;
+/* The least exponent, or the most roughness, that a pattern gives a material's lobe. */
+static inline double shd_dullest(const shd_plan_material *m, size_t lobe) {
+    if (!m->gloss) return m->lobes[lobe].shininess;
+    return m->model == SHD_MODEL_COOK_TORRANCE ? m->gloss[lobe].most : m->gloss[lobe].least;
+}
+
+/* The other end of what a material's lobe may become anywhere: by a pattern, then by a map of
+ * normals, and then by how its objects bend. */
+static inline double shd_widest(const shd_plan_material *m, size_t lobe) {
+    double widest = shd_dullest(m, lobe);
     if (m->normal)
         widest = m->model == SHD_MODEL_COOK_TORRANCE
                      ? (widest > SHD_ROUGHEST ? widest : SHD_ROUGHEST)

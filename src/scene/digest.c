@@ -162,6 +162,8 @@ static void put_textures(sink *s, const shd_material *m) {
     put_texture(s, m->transmission_texture, SIZE_MAX - 3);
     for (size_t k = 0; m->lobe_textures && k < m->lobe_count; k++)
         put_texture(s, m->lobe_textures[k], 3 + k);
+    for (size_t k = 0; m->lobe_gloss && k < m->lobe_count; k++)
+        put_texture(s, m->lobe_gloss[k], SIZE_MAX / 2 + k);
 }
 
 static void put_material(sink *s, const shd_material *material) {

@@ -200,8 +200,13 @@ shd_field_read shd_read_trace;   /* shd_trace */
 shd_field_read shd_read_switch;  /* bool */
 shd_field_read shd_read_opacity; /* double[3], a material's: the least, if it is a texture */
 shd_field_read shd_read_opacity_texture; /* the same of one */
-shd_field_read shd_read_normal_map;      /* const shd_texture * */
-shd_field_read shd_read_bounced; /* double[3]: its reflection or transmission; the most of one */
+/* double: a number, or the least or the most of what is numbers. The field has its texture. */
+shd_field_read shd_read_shininess, shd_read_roughness;
+/* A pattern or a picture of one number. False: it is wrong, or a picture that is not kept, which is
+ * reported. */
+bool shd_read_numbers(shd_reader *r, const shd_node *node, shd_texture *out);
+shd_field_read shd_read_normal_map; /* const shd_texture * */
+shd_field_read shd_read_bounced;    /* double[3]: its reflection or transmission; the most of one */
 shd_field_read shd_read_bounced_texture; /* the same of one */
 
 /* Whether the material has what only rays show. */

@@ -8,6 +8,7 @@ typedef struct raw_lobe {
     shd_lobe lobe;
     const shd_curve *curve;     /* of its `specular` */
     const shd_texture *texture; /* the same */
+    const shd_texture *gloss;   /* in place of its exponent or roughness */
 } raw_lobe;
 
 typedef struct raw_lobes {
@@ -16,7 +17,7 @@ typedef struct raw_lobes {
     const shd_lobe *lobes;
     size_t count;
     const shd_curve **curves; /* [count] */
-    const shd_texture **textures;
+    const shd_texture **textures, **gloss;
 } raw_lobes;
 
 typedef struct raw_material {
@@ -35,6 +36,7 @@ typedef struct raw_material {
     const shd_curve *opacity_curve, *reflection_curve, *transmission_curve;
     const shd_texture *emissive_texture, *ambient_texture, *diffuse_texture, *specular_texture;
     const shd_texture *opacity_texture, *reflection_texture, *transmission_texture, *normal_texture;
+    const shd_texture *gloss; /* of the first lobe */
 } raw_material;
 
 /* ---- The library ---- */
@@ -110,8 +112,8 @@ static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
     static const shd_field members[] = {
         {"specular", shd_read_coefficient, .offset = offsetof(raw_lobe, lobe.specular),
          .curve = offsetof(raw_lobe, curve), .texture = offsetof(raw_lobe, texture)},
-        {"shininess", shd_read_number, offsetof(raw_lobe, lobe.shininess),
-         .range = &shd_not_negative},
+        {"shininess", shd_read_shininess, offsetof(raw_lobe, lobe.shininess),
+         .range = &shd_not_negative, .texture = offsetof(raw_lobe, gloss)},
     };
     raw_lobes *further = out;
     if (!shd_is_array(r, node, 0, SHD_LOBES_MOST, "an array of up to 64 lobes")) return;
@@ -120,23 +122,26 @@ static void read_lobes(shd_reader *r, const shd_node *node, void *out) {
     shd_lobe *lobes = shd_take(r, count, sizeof *lobes);
     const shd_curve **curves = shd_take(r, count, sizeof *curves);
     const shd_texture **textures = shd_take(r, count, sizeof *textures);
-    if (!lobes || !curves || !textures) return;
+    const shd_texture **gloss = shd_take(r, count, sizeof *gloss);
+    if (!lobes || !curves || !textures || !gloss) return;
     for (size_t i = 0; i < count; i++) {
         shd_node lobe = shd_node_item(node, i);
         raw_lobe raw = {.lobe.shininess = 32};
         if (further->model == SHD_MODEL_COOK_TORRANCE)
-            shd_read_facet_lobe(r, &lobe, &raw.lobe);
+            shd_read_facet_lobe(r, &lobe, &raw.lobe, &raw.gloss);
         else
             shd_read_fields(r, &lobe, members, SHD_LENGTH(members), 0, "a lobe", &raw);
         lobes[i] = raw.lobe;
         curves[i] = raw.curve;
         textures[i] = raw.texture;
+        gloss[i] = raw.gloss;
     }
     further->given = true;
     further->lobes = lobes;
     further->count = count;
     further->curves = curves;
     further->textures = textures;
+    further->gloss = gloss;
 }
 
 static const char *const sides[] = {"both", "front", NULL};
@@ -181,7 +186,8 @@ static const shd_field material_fields[] = {
      .texture = AT(diffuse_texture)},
     {"specular", shd_read_coefficient, AT(first.specular), .kinds = SHINY,
      .curve = AT(specular_curve), .texture = AT(specular_texture)},
-    {"shininess", shd_read_number, AT(first.shininess), SHINY, .range = &shd_not_negative},
+    {"shininess", shd_read_shininess, AT(first.shininess), SHINY, .range = &shd_not_negative,
+     .texture = AT(gloss)},
     {"lobes", read_lobes, AT(further), .kinds = SHINY | FACETS},
     {"sigma", shd_read_degrees, AT(sigma), OREN_NAYAR, .range = &facet_angle},
     {"fresnel", shd_read_fresnel, AT(fresnel), .kinds = FACETS},
@@ -203,8 +209,8 @@ static const shd_field material_fields[] = {
 typedef struct made_lobes {
     shd_lobe *lobes;
     const shd_curve **curves;
-    const shd_texture **textures;
-    bool textured;
+    const shd_texture **textures, **gloss;
+    bool textured, glossed;
 } made_lobes;
 
 /* False: memory is short. */
@@ -213,16 +219,21 @@ static bool make_lobes(shd_reader *r, const raw_material *raw, made_lobes *out) 
     *out = (made_lobes){.lobes = shd_take(r, 1 + further, sizeof *out->lobes),
                         .curves = shd_take(r, 1 + further, sizeof *out->curves),
                         .textures = shd_take(r, 1 + further, sizeof *out->textures),
-                        .textured = raw->specular_texture};
-    if (!out->lobes || !out->curves || !out->textures) return false;
+                        .gloss = shd_take(r, 1 + further, sizeof *out->gloss),
+                        .textured = raw->specular_texture,
+                        .glossed = raw->gloss};
+    if (!out->lobes || !out->curves || !out->textures || !out->gloss) return false;
     out->lobes[0] = raw->first;
     out->curves[0] = raw->specular_curve;
     out->textures[0] = raw->specular_texture;
+    out->gloss[0] = raw->gloss;
     for (size_t i = 0; i < further; i++) {
         out->lobes[1 + i] = raw->further.lobes[i];
         out->curves[1 + i] = raw->further.curves[i];
         out->textures[1 + i] = raw->further.textures[i];
+        out->gloss[1 + i] = raw->further.gloss[i];
         out->textured = out->textured || raw->further.textures[i];
+        out->glossed = out->glossed || raw->further.gloss[i];
     }
     return true;
 }
@@ -253,6 +264,7 @@ static void make_material(shd_reader *r, const raw_material *raw, const char *na
                           .ambient_texture = raw->ambient_texture,
                           .diffuse_texture = raw->diffuse_texture,
                           .lobe_textures = made.textured ? made.textures : NULL,
+                          .lobe_gloss = made.glossed ? made.gloss : NULL,
                           .opacity_texture = raw->alpha < 0 ? raw->opacity_texture : NULL,
                           .reflection_texture = raw->reflection_texture,
                           .transmission_texture = raw->transmission_texture,
@@ -290,10 +302,14 @@ static void check_westin(shd_reader *r, const shd_node *node, const raw_material
 }
 
 /* The first lobe of a list that has all of them. It is black if there is none. */
-static shd_lobe take_first(raw_lobes *lobes) {
-    if (!lobes->count) return (shd_lobe){.shininess = 1};
+static void take_first(raw_material *raw) {
+    raw_lobes *lobes = &raw->further;
+    raw->first = (shd_lobe){.shininess = 1};
+    raw->gloss = NULL;
+    if (!lobes->count) return;
     lobes->count--;
-    return *lobes->lobes++;
+    raw->first = *lobes->lobes++;
+    raw->gloss = *lobes->gloss++;
 }
 
 /* Reads the members of a material of this kind, a model or BARE; what is absent is as in the model
@@ -313,8 +329,7 @@ static void read_members(shd_reader *r, const shd_node *node, int kind, raw_mate
         return;
     if (kind < 0) r->wrong |= SHD_SOME_FIELD;
     if (raw->model == SHD_MODEL_WESTIN) check_westin(r, node, raw);
-    if (raw->model == SHD_MODEL_COOK_TORRANCE && raw->further.given)
-        raw->first = take_first(&raw->further);
+    if (raw->model == SHD_MODEL_COOK_TORRANCE && raw->further.given) take_first(raw);
     raw->further.given = false;
     if (r->seen & OPACITY && raw->alpha >= 0)
         shd_wrong(r, node, "give either `opacity` or a fourth component of `diffuse`, not both");

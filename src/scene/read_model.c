@@ -126,19 +126,22 @@ const shd_fresnel *shd_default_fresnel(void) {
     return &glass;
 }
 
-void shd_read_facet_lobe(shd_reader *r, const shd_node *node, shd_lobe *out) {
+void shd_read_facet_lobe(shd_reader *r, const shd_node *node, shd_lobe *out,
+                         const shd_texture **gloss) {
     typedef struct raw_lobe {
         double roughness, weight;
+        const shd_texture *gloss;
     } raw_lobe;
     static const shd_range slope = {1e-4, 10, false, false, "0.0001 to 10"};
     static const shd_field members[] = {
-        {"roughness", shd_read_number, offsetof(raw_lobe, roughness), .range = &slope,
-         .required = true},
+        {"roughness", shd_read_roughness, offsetof(raw_lobe, roughness), .range = &slope,
+         .required = true, .texture = offsetof(raw_lobe, gloss)},
         {"weight", shd_read_number, offsetof(raw_lobe, weight), .range = &shd_not_negative},
     };
-    raw_lobe raw = {SHD_METAL_ROUGHNESS, 1};
+    raw_lobe raw = {SHD_METAL_ROUGHNESS, 1, NULL};
     shd_read_fields(r, node, members, SHD_LENGTH(members), 0, "a lobe of cook-torrance", &raw);
     *out = (shd_lobe){{raw.weight, raw.weight, raw.weight}, raw.roughness};
+    *gloss = raw.gloss;
 }
 
 /* ---- How much light a lobe sends on. ---- */

@@ -10,8 +10,9 @@ int shd_read_model(shd_reader *r, const shd_node *node);
 shd_field_read shd_read_fresnel; /* shd_fresnel */
 const shd_fresnel *shd_default_fresnel(void);
 
-/* {roughness, weight} of a lobe of Cook-Torrance. */
-void shd_read_facet_lobe(shd_reader *r, const shd_node *node, shd_lobe *out);
+/* {roughness, weight} of a lobe of Cook-Torrance. `gloss`: what its roughness is a texture of. */
+void shd_read_facet_lobe(shd_reader *r, const shd_node *node, shd_lobe *out,
+                         const shd_texture **gloss);
 
 /* What a lobe of 1 sends on of light from straight above, beside a diffuse term of 1. Of
  * Cook-Torrance it is no more than that, since facets also shadow each other. */

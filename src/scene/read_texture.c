@@ -1,4 +1,4 @@
-/* Coefficients that are patterns or pictures, and which objects they may be on. */
+/* What a document has in place of colors, numbers and normals: patterns and pictures. */
 #include <string.h>
 
 #include "scene/css.h"
@@ -18,6 +18,7 @@ typedef struct raw_pattern {
     double width;
     int octaves;
     double colors[2][3];
+    double values[2];
     const char *name;
     const shd_space_info *space;
     int channel;
@@ -95,6 +96,11 @@ static void read_codes(shd_reader *r, const shd_node *node, void *out) {
     }
 }
 
+/* What a number is where the field is 0 and where it is 1. */
+static void read_values(shd_reader *r, const shd_node *node, void *out) {
+    shd_get_numbers(r, node, 2, 2, "an array of 2 numbers", out);
+}
+
 static void read_name(shd_reader *r, const shd_node *node, void *out) {
     const char *name =
         shd_get_text(r, node, "the name of a picture, or \"sha256-\" and its digits");
@@ -113,18 +119,34 @@ static shd_pattern pattern_of(const raw_pattern *raw) {
 }
 
 /* Kinds behind those of patterns: pictures of what is no color, and of normals, and patterns of
- * normals, from checkers on. */
-enum { PLAIN_PICTURE = SHD_PICTURE + 1, NORMAL_MAP, NORMAL_PATTERN };
+ * normals, from checkers on; pictures and patterns of numbers. */
+enum {
+    PLAIN_PICTURE = SHD_PICTURE + 1,
+    NORMAL_MAP,
+    NORMAL_PATTERN,
+    NUMBER_PICTURE = NORMAL_PATTERN + SHD_PATTERN_COUNT,
+    NUMBER_PATTERN
+};
+
+/* What its field is: a shd_pattern_kind, SHD_PICTURE among them. */
+static int field_of(int kind) {
+    if (kind >= NUMBER_PATTERN) return kind - NUMBER_PATTERN;
+    if (kind >= NORMAL_PATTERN) return kind - NORMAL_PATTERN;
+    return kind < SHD_PICTURE ? kind : SHD_PICTURE;
+}
 
 static bool read_members(shd_reader *r, const shd_node *node, int kind, raw_pattern *raw) {
     enum {
         PATTERNS = (1 << SHD_PATTERN_COUNT) - 1,
         COLORS = 1 << SHD_PICTURE,
-        PICTURES = COLORS | 1 << PLAIN_PICTURE,
+        PICTURES = COLORS | 1 << PLAIN_PICTURE | 1 << NUMBER_PICTURE,
         NORMAL_PATTERNS = PATTERNS << NORMAL_PATTERN,
         NORMALS = 1 << NORMAL_MAP | NORMAL_PATTERNS,
-        GRIDS = 1 << SHD_GRID | 1 << (NORMAL_PATTERN + SHD_GRID),
-        NOISES = 1 << SHD_NOISE | 1 << (NORMAL_PATTERN + SHD_NOISE)
+        NUMBER_PATTERNS = PATTERNS << NUMBER_PATTERN,
+        NUMBERS = 1 << NUMBER_PICTURE | NUMBER_PATTERNS,
+        ALL_PATTERNS = PATTERNS | NORMAL_PATTERNS | NUMBER_PATTERNS,
+        GRIDS = (1 | 1 << NORMAL_PATTERN | 1 << NUMBER_PATTERN) << SHD_GRID,
+        NOISES = (1 | 1 << NORMAL_PATTERN | 1 << NUMBER_PATTERN) << SHD_NOISE
     };
     static const shd_range width = {0, 1, true, true, "between 0 and 1"},
                            octaves = {1, 8, .text = "1 to 8"},
@@ -132,13 +154,15 @@ static bool read_members(shd_reader *r, const shd_node *node, int kind, raw_patt
                            code = {0, 1, .text = "0 to 1"};
     static const char *const channels[] = {"R", "G", "B", "A", NULL};
     static const shd_field fields[] = {
-        {"pattern", .read = NULL, .kinds = PATTERNS | NORMAL_PATTERNS},
+        {"pattern", .read = NULL, .kinds = ALL_PATTERNS},
         {"texture", read_name, .offset = offsetof(raw_pattern, name),
          .kinds = PICTURES | 1 << NORMAL_MAP},
         {"colors", read_colors, .offset = offsetof(raw_pattern, colors), .kinds = PATTERNS,
          .required = true},
         {"colors", read_codes, .offset = offsetof(raw_pattern, colors), .kinds = NORMAL_PATTERNS,
          .range = &code, .required = true},
+        {"values", read_values, .offset = offsetof(raw_pattern, values), .kinds = NUMBERS,
+         .required = true},
         {"tint", shd_read_color, .offset = offsetof(raw_pattern, tint), .kinds = COLORS},
         {"space", shd_read_space, .offset = offsetof(raw_pattern, space), .kinds = PICTURES},
         {"channel", shd_read_choice, offsetof(raw_pattern, channel), PICTURES, .choices = channels},
@@ -147,17 +171,27 @@ static bool read_members(shd_reader *r, const shd_node *node, int kind, raw_patt
         {"octaves", shd_read_integer, offsetof(raw_pattern, octaves), NOISES, .range = &octaves},
         {"scale", shd_read_number, offsetof(raw_pattern, scale), NORMALS, .range = &scale},
     };
-    static const char *const whats[] = {"a checker",         "a grid",
-                                        "a gradient",        "a noise",
-                                        "a picture",         "a picture of numbers",
-                                        "a map of normals",  "a checker of normals",
-                                        "a grid of normals", "a gradient of normals",
-                                        "a noise of normals"};
-    const int field = kind >= NORMAL_PATTERN ? kind - NORMAL_PATTERN : kind;
+    static const char *const whats[] = {"a checker",
+                                        "a grid",
+                                        "a gradient",
+                                        "a noise",
+                                        "a picture",
+                                        "a picture of numbers",
+                                        "a map of normals",
+                                        "a checker of normals",
+                                        "a grid of normals",
+                                        "a gradient of normals",
+                                        "a noise of normals",
+                                        "a picture of numbers",
+                                        "a checker of numbers",
+                                        "a grid of numbers",
+                                        "a gradient of numbers",
+                                        "a noise of numbers"};
+    const int field = field_of(kind);
     const size_t errors = r->report->error_count;
     *raw = (raw_pattern){
         .uv = {.scale = {1, 1}, .wrap = field >= SHD_PICTURE ? SHD_WRAP_REPEAT : SHD_WRAP_CLAMP},
-        .kind = field > SHD_PICTURE ? SHD_PICTURE : field,
+        .kind = field,
         .width = 0.1,
         .octaves = 4,
         .channel = SHD_ALL_CHANNELS,
@@ -197,7 +231,7 @@ static const shd_pyramid *find_picture(shd_reader *r, const shd_node *node,
     return NULL;
 }
 
-/* `kind` is SHD_PICTURE, PLAIN_PICTURE or NORMAL_MAP. */
+/* `kind` is SHD_PICTURE, PLAIN_PICTURE, NORMAL_MAP or NUMBER_PICTURE. */
 static bool take_picture(shd_reader *r, const shd_node *node, int kind, raw_pattern *raw,
                          shd_pattern *out) {
     const shd_space_info *working = r->scene->working_space;
@@ -251,22 +285,6 @@ static const shd_texture *read_texture(shd_reader *r, const shd_node *node, int 
                           ? read_pictured(r, node, kind, texture)
                           : read_patterned(r, node, texture);
     return read ? texture : NULL;
-}
-
-/* The color of either end of a picture's range, as its tint has it. */
-static void color_at(const shd_texture *texture, const float end[4], double out[3]) {
-    const int channel = texture->pattern.channel;
-    for (int c = 0; c < 3; c++)
-        out[c] = texture->high[c] * (double)end[channel == SHD_ALL_CHANNELS ? c : channel];
-}
-
-void shd_texture_ends(const shd_texture *texture, double ends[2][3]) {
-    const shd_pyramid *picture = texture->pattern.picture;
-    memcpy(ends[0], texture->low, sizeof ends[0]);
-    memcpy(ends[1], texture->high, sizeof ends[1]);
-    if (!picture) return;
-    color_at(texture, picture->texels->low, ends[0]);
-    color_at(texture, picture->texels->high, ends[1]);
 }
 
 /* Where the field in hand, which is at `out`, has its texture. */
@@ -351,6 +369,30 @@ void shd_read_bounced_texture(shd_reader *r, const shd_node *node, void *out) {
     if (any && r->scene->trace.depth > 0) *place = texture;
 }
 
+/* ---- Numbers ---- */
+
+bool shd_read_numbers(shd_reader *r, const shd_node *node, shd_texture *out) {
+    const shd_node name = shd_node_member(node, "pattern");
+    raw_pattern raw;
+    if (json_object_get(node->value, "texture")) {
+        if (!take_picture(r, node, NUMBER_PICTURE, &raw, &out->pattern)) return false;
+        if (shd_pattern_fields(&out->pattern) != 1) {
+            shd_wrong(r, node, "this is one number, and the picture has colors: give a `channel`");
+            return false;
+        }
+        out->name = raw.name;
+    } else {
+        const int kind = shd_read_name(r, &name, shd_pattern_names);
+        if (kind < 0 || !read_members(r, node, NUMBER_PATTERN + kind, &raw)) return false;
+        out->pattern = pattern_of(&raw);
+    }
+    for (int c = 0; c < 3; c++) {
+        out->low[c] = raw.values[0];
+        out->high[c] = raw.values[1];
+    }
+    return true;
+}
+
 /* ---- Maps of normals ---- */
 
 /* The vector that a code stands for, of any length but 0. */
@@ -418,65 +460,9 @@ bool shd_same_textures(const shd_material *a, const shd_material *b) {
         return false;
     for (size_t k = 0; k < a->lobe_count; k++)
         if (!same_texture(a->lobe_textures ? a->lobe_textures[k] : NULL,
-                          b->lobe_textures ? b->lobe_textures[k] : NULL))
+                          b->lobe_textures ? b->lobe_textures[k] : NULL) ||
+            !same_texture(a->lobe_gloss ? a->lobe_gloss[k] : NULL,
+                          b->lobe_gloss ? b->lobe_gloss[k] : NULL))
             return false;
     return true;
-}
-
-double shd_bounced_most(const shd_material *m, size_t channel) {
-    const shd_texture *mirrored = m->reflection_texture, *refracted = m->transmission_texture;
-    const double most = m->reflection[channel] + m->transmission[channel];
-    double ends[2][2][3];
-    if (!mirrored || !refracted || !shd_same_pattern(&mirrored->pattern, &refracted->pattern))
-        return most;
-    shd_texture_ends(mirrored, ends[0]);
-    shd_texture_ends(refracted, ends[1]);
-    return shd_smaller(most, shd_larger(ends[0][0][channel] + ends[1][0][channel],
-                                        ends[0][1][channel] + ends[1][1][channel]));
-}
-
-static bool is_one_number(const shd_texture *texture) {
-    double ends[2][3];
-    if (!texture) return true;
-    shd_texture_ends(texture, ends);
-    for (int e = 0; e < 2; e++)
-        for (int c = 1; c < 3; c++)
-            if (ends[e][c] != ends[e][0]) return false;
-    return shd_pattern_fields(&texture->pattern) == 1;
-}
-
-/* What rays go by is the same in all bins of a spectral scene. */
-static void check_bins(shd_reader *r, const shd_node *node, const shd_material *m) {
-    const char *wrong = !is_one_number(m->opacity_texture)        ? "an opacity"
-                        : !is_one_number(m->reflection_texture)   ? "a reflection"
-                        : !is_one_number(m->transmission_texture) ? "a transmission"
-                                                                  : NULL;
-    if (r->scene->spectral.channels && wrong)
-        shd_wrong(
-            r, node,
-            "in a spectral scene %s that is a pattern or a picture is one number: give greys, "
-            "or a `channel`",
-            wrong);
-}
-
-void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *object) {
-    const shd_material *material = &r->materials[object->material];
-    if (!shd_is_textured(material)) return;
-    const bool bare = object->shape == SHD_MESH && object->mesh && !object->mesh->uvs;
-    if (bare)
-        shd_wrong(r, node, "a material with %s needs `uvs` on a mesh",
-                  material->normal_texture ? "a map of normals" : "a pattern or a picture");
-    check_bins(r, node, material);
-    if (material->model != SHD_MODEL_WESTIN) return;
-    if (material->diffuse_texture && object->interpolation != SHD_PHONG)
-        shd_wrong(r, node,
-                  "the facets of a westin material with a pattern or picture need interpolation "
-                  "phong: they light each other, so that `diffuse` is no factor of the light that "
-                  "faces or corners have");
-    /* Parts of a spectral scene's material have no table. */
-    if (r->scene->spectral.channels &&
-        (material->diffuse_texture || material->emissive_texture || material->ambient_texture))
-        shd_wrong(r, node,
-                  "a westin material has no pattern or picture in a spectral scene: its "
-                  "microgeometry is no sum of those of other colors");
 }

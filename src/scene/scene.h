@@ -168,6 +168,9 @@ typedef struct shd_material {
      * that are farther from 0. NULL: they are colors. */
     const shd_texture *emissive_texture, *ambient_texture, *diffuse_texture;
     const shd_texture *const *lobe_textures; /* [lobe_count]; NULL: no lobe has one */
+    /* [lobe_count]: what is numbers in place of a lobe's exponent, each 1 or more, or roughness,
+     * which is then that of the sharpest lobe anywhere. NULL: no lobe has that. */
+    const shd_texture *const *lobe_gloss;
     /* The opacity, if it is one and the scene is traced; `opacity` is then the least of it. */
     const shd_texture *opacity_texture;
     /* The same of these, if rays are followed; they are then the most of it, channel by channel. */
@@ -179,11 +182,11 @@ typedef struct shd_material {
     const shd_texture *normal_texture;
 } shd_material;
 
-/* Whether any of a material's coefficients is a pattern, or its normal a map. */
+/* Whether any of a material's coefficients or exponents is a pattern, or its normal a map. */
 static inline bool shd_is_textured(const shd_material *m) {
     return m->emissive_texture || m->ambient_texture || m->diffuse_texture || m->lobe_textures ||
-           m->opacity_texture || m->reflection_texture || m->transmission_texture ||
-           m->normal_texture;
+           m->lobe_gloss || m->opacity_texture || m->reflection_texture ||
+           m->transmission_texture || m->normal_texture;
 }
 
 /* Whether they have the same patterns in the same colors, and the same map of normals. */

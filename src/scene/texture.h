@@ -40,7 +40,7 @@ enum { SHD_ALL_CHANNELS = -1 };
 typedef struct shd_texture {
     shd_pattern pattern;
     double low[3], high[3]; /* colors of the working space; of a picture 0 and its tint; normals:
-                             * shd_material.normal_texture */
+                             * shd_material.normal_texture; numbers: where the field is 0 and 1 */
     const char *name;       /* of the picture, as the document has it; else NULL */
 } shd_texture;
 
@@ -74,6 +74,10 @@ static inline bool shd_same_pattern(const shd_pattern *a, const shd_pattern *b) 
     return a->channel == b->channel &&
            shd_digest_same(&a->picture->texels->key, &b->picture->texels->key);
 }
+
+/* Of a texture of numbers, which are the first of its components: the least and the most that it
+ * is anywhere. */
+void shd_texture_span(const shd_texture *texture, double *least, double *most);
 
 /* Its colors where the field is least and where it is most. */
 void shd_texture_ends(const shd_texture *texture, double ends[2][3]);

@@ -7,6 +7,15 @@ static bool is_negative(const double rgb[3]) {
     return rgb[0] < 0 || rgb[1] < 0 || rgb[2] < 0;
 }
 
+/* As it is where it sends on most. */
+static shd_lobe widest_lobe(const shd_material *m, size_t index) {
+    shd_lobe out = m->lobes[index];
+    double most;
+    if (m->lobe_gloss && m->lobe_gloss[index] && m->model != SHD_MODEL_COOK_TORRANCE)
+        shd_texture_span(m->lobe_gloss[index], &out.shininess, &most);
+    return out;
+}
+
 /* The largest component of the share of light that a material sends on. Of ambient light it is
  * `ambient`. Of other light, from straight above, it is diffuse and each lobe's share: of Phong's,
  * 2 specular / (shininess + 2), since the lobe (R.V)^n holds 2 pi / (n + 2) of the hemisphere's pi.
@@ -15,8 +24,10 @@ static double most_reflected(const shd_material *m) {
     double most = 0;
     for (int c = 0; c < 3; c++) {
         double direct = m->diffuse[c];
-        for (size_t i = 0; i < m->lobe_count; i++)
-            direct += m->lobes[i].specular[c] * shd_lobe_albedo(m, &m->lobes[i]);
+        for (size_t i = 0; i < m->lobe_count; i++) {
+            const shd_lobe lobe = widest_lobe(m, i);
+            direct += lobe.specular[c] * shd_lobe_albedo(m, &lobe);
+        }
         most = shd_larger(m->ambient[c], shd_larger(direct, most)); /* NAN is left out */
     }
     return most;

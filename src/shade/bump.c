@@ -2,6 +2,7 @@
 
 #include "plan/spread.h"
 #include "shade/chart.h"
+#include "shade/gloss.h"
 #include "shade/texture.h"
 
 /* Lengths nearer to 1 are 1. */
@@ -70,10 +71,11 @@ void shd_bump_beam(const shd_scene *scene, const shd_beam *beam, shd_sharp_point
     const shd_chart chart = shd_chart_of(&scene->objects[beam->object]);
     const shd_charted_point point = shd_beam_point(&chart, beam, at->normal);
     const shd_footprint uv = shd_beam_footprint(scene, beam);
-    const shd_bump bump = shd_bump_at(m->normal, &chart, &point, &uv);
+    shd_bump bump = {at->normal, 1};
+    if (m->normal) bump = shd_bump_at(m->normal, &chart, &point, &uv);
     const double own[3] = {at->normal.x, at->normal.y, at->normal.z};
     for (size_t k = 0; k < m->lobe_count; k++) {
-        const shd_sharpness lobe = shd_toksvig(m->model, m->lobes[k].shininess, bump.length);
+        const shd_sharpness lobe = shd_toksvig(m->model, shd_gloss_of(m, k, &uv), bump.length);
         room->values[2 * k] = lobe.shininess;
         room->values[2 * k + 1] = lobe.share;
     }

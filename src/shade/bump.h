@@ -51,6 +51,6 @@ typedef struct shd_sharp_point {
 } shd_sharp_point;
 
 /* Turns the normal and the mirrored view of a surface, which a beam meets, by the map of its
- * material, and gives it rows in `room`. */
+ * material, if it has one, and gives it rows in `room`. */
 void shd_bump_beam(const shd_scene *scene, const shd_beam *beam, shd_sharp_point *room,
                    shd_surface *at);

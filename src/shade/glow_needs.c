@@ -36,7 +36,7 @@ typedef struct material_needs {
 
 static material_needs count_material(counting *c, const shd_surroundings *map,
                                      const shd_material *m, bool tables) {
-    const bool pointwise = m->antialiased || m->normal_texture;
+    const bool pointwise = m->antialiased || m->normal_texture || m->lobe_gloss;
     material_needs out = {0};
     for (size_t t = 0; t < 1 + m->lobe_count; t++) {
         const double *s = t ? m->lobes[t - 1].specular : m->diffuse;

@@ -88,6 +88,7 @@ static void walk_term(const shd_plan *plan, const shd_lighting *kernels,
     double gain = 1;
     alone.lobes = term ? at->material->lobes + term - 1 : NULL;
     alone.lobe_count = term > 0;
+    alone.gloss = NULL; /* the point has one number */
     here.material = &alone;
     here.sharp = NULL;
     here.normal = shd_to_map(from, at->normal);

@@ -28,7 +28,7 @@ typedef struct path {
     double (*local)[3];                    /* [channels]; but for bins, the first is all */
     double *weights;                       /* [WAITING][channels] */
     step waiting[WAITING];
-    shd_sharp_point sharp; /* of the hit in hand, if its material has a map of normals */
+    shd_sharp_point sharp; /* of the hit in hand, if its lobes are not the material's */
     int waits;
     double through; /* the mean share of a transparent background */
     shd_bounced out;
@@ -250,14 +250,14 @@ static void follow_step(path *p, step *s) {
                            .triangle = met.triangle};
     surface.mirror = mirror(ray, surface.normal);
     s->length += met.t;
-    const bool varies = material->textures || material->normal;
+    const bool varies = material->textures || material->normal || material->gloss;
     const double width = varies ? shd_beam_width(plan->scene, s->length) : 0;
     const shd_beam beam = {met.object, met.triangle, at.position, at.own, ray, width};
     shd_ray_rows rows;
     const bool rayed = material->textures && material->textures->rayed;
     const shd_coefficients k =
         rayed ? shd_coefficients_at(plan, &beam, rows) : shd_coefficients_of(plan, met.object);
-    if (shd_turns_normals(plan, met.object)) shd_bump_beam(plan->scene, &beam, &p->sharp, &surface);
+    if (shd_sharpens(plan, met.object)) shd_bump_beam(plan->scene, &beam, &p->sharp, &surface);
     b->local.light(b->local.context, p->scratch, &surface, &met, width, p->local);
     p->out.edge |= hit.ray.lost;
     if (!hit.ray.lost)

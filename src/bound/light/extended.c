@@ -189,7 +189,7 @@ static void add_light(finding *f, const shd_piece *piece, const shd_plan_light *
 bool shd_errs_otherwise(const shd_plan *plan) {
     if (!plan->extended) return false;
     if (plan->scene->trace.depth || plan->bins || plan->scene->backdrop || plan->antialiased ||
-        plan->bumped)
+        plan->bumped || plan->glossed)
         return true;
     for (size_t j = 0; j < plan->light_count; j++)
         if (plan->lights[j].shape || plan->lights[j].environment) return true;

@@ -163,6 +163,19 @@ static double summed_error(const shd_lit_errors *f, const shd_plan_light *light,
     return shd_larger(own + (glow ? SHD_GLOW_WIDENED * most : 0), walked_error(f, most));
 }
 
+/* By how much a lobe's light changes if it turns by `off`. Of exponents from p to 2 p, the slope n
+ * times what (L.W)^(n - 1) has is no more than twice that at p. */
+static double around_turned(const shd_light *from, const shd_plan_material *m, size_t term,
+                            double off) {
+    const double sharpest = term ? m->lobes[term - 1].shininess : 1,
+                 dullest = term ? shd_dullest(m, term - 1) : 1;
+    double most = shd_around_turned(from, dullest, off);
+    if (dullest == sharpest) return most;
+    for (double p = 2 * dullest; p < sharpest; p *= 2)
+        most = shd_larger(most, shd_around_turned(from, p, off));
+    return 2 * most;
+}
+
 /* Neither what is computed nor what should be is below 0, or above the most. */
 void shd_add_environment(shd_lit_errors *f, const shd_plan_light *light, const shd_glance *g) {
     const shd_plan_material *m = f->material;
@@ -174,9 +187,8 @@ void shd_add_environment(shd_lit_errors *f, const shd_plan_light *light, const s
             add_walked(f, light, g, t, p);
             continue;
         }
-        const double exponent = t ? m->lobes[t - 1].shininess : 1,
-                     most = shd_around_most(from, exponent);
-        const double turned = shd_around_turned(from, exponent, shd_smaller(g->direction, 2)) +
+        const double most = shd_around_most_of(from, m, t, INFINITY),
+                     turned = around_turned(from, m, t, shd_smaller(g->direction, 2)) +
                               (t ? shd_sharpness_error(m, t - 1, g) * shd_around_most(from, 0) : 0),
                      summed = summed_error(f, light, t, most),
                      error = f->only_sums ? summed : summed + turned;

@@ -156,7 +156,7 @@ static double facets_turned(const shd_plan_material *m, double r, const shd_glan
 double shd_facets_turned(const shd_plan_material *m, size_t lobe, const shd_glance *g) {
     const double r = m->lobes[lobe].shininess;
     if (!m->pointwise) return facets_turned(m, r, g);
-    return facets_turned(m, r, g) + facets_turned(m, shd_widest(m, r), g) +
+    return facets_turned(m, r, g) + facets_turned(m, shd_widest(m, lobe), g) +
            2 * variance_error(shd_variance_of(m->model, r), g);
 }
 
@@ -214,21 +214,37 @@ static double sharpness_error(const shd_plan_material *m, double shininess, doub
 }
 
 double shd_sharpness_error(const shd_plan_material *m, size_t lobe, const shd_glance *g) {
-    if (!m->pointwise) return 0;
+    if (!m->antialiased && !m->normal) return 0;
     const double n = m->lobes[lobe].shininess,
                  off = variance_error(shd_variance_of(m->model, n), g);
-    return sharpness_error(m, n, off, g) + sharpness_error(m, shd_widest(m, n), off, g);
+    return sharpness_error(m, n, off, g) + sharpness_error(m, shd_widest(m, lobe), off, g);
 }
 
-/* A lobe that may be any between two, each of which bends most or least in all that errs. Rays that
- * the eye does not see find it as it is. */
+/* A lobe that may be any between two. Rays that the eye does not see find it without what bends.
+ *
+ * Of facets, all that errs is a sum of powers of m, so that it is no more anywhere between than at
+ * both ends together. Of exponents n it is x^n times a power of n, which may be largest between: n
+ * x^(n - 1) of what directions err is. From p to 2 p, x^n falls, and the power becomes twice as
+ * much at most; of a normalized lobe, the factor (n + 2) / 2 of it does too, so that its error
+ * becomes four times that at p, and its slope by N.L, which goes with n^1.5, three times. */
 static shd_weight weigh_widened(const shd_plan_material *m, size_t lobe, const shd_glance *g,
                                 size_t lights) {
-    const double shininess = m->lobes[lobe].shininess, widest = shd_widest(m, shininess);
-    const shd_weight sharp = weigh_lobe(m, shininess, g, lights),
-                     blunt = weigh_lobe(m, widest, g, lights);
-    return (shd_weight){shd_larger(sharp.most, blunt.most),
-                        sharp.error + blunt.error + shd_sharpness_error(m, lobe, g)};
+    const bool facets = m->model == SHD_MODEL_COOK_TORRANCE,
+               normalized = m->model == SHD_MODEL_PHONG_NORMALIZED;
+    const double sharpest = m->lobes[lobe].shininess, widest = shd_widest(m, lobe);
+    shd_weight out = weigh_lobe(m, widest, g, lights);
+    if (facets || widest == sharpest) {
+        const shd_weight sharp = weigh_lobe(m, sharpest, g, lights);
+        out = (shd_weight){shd_larger(sharp.most, out.most), sharp.error + out.error};
+    } else {
+        for (double p = 2 * widest; p < sharpest; p *= 2) {
+            const shd_weight w = weigh_lobe(m, p, g, lights);
+            out = (shd_weight){shd_larger(w.most, out.most), shd_larger(w.error, out.error)};
+        }
+        out = (shd_weight){(normalized ? 2 : 1) * out.most, (normalized ? 4 : 2) * out.error};
+    }
+    out.error += shd_sharpness_error(m, lobe, g);
+    return out;
 }
 
 shd_weight shd_weight_of(const shd_plan_material *m, size_t term, const shd_glance *g,

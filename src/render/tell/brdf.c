@@ -36,7 +36,7 @@ typedef struct finding {
 
 /* Whether what it reflects of light depends on the place. */
 static bool has_pattern(const shd_plan_material *material) {
-    bool any = false;
+    bool any = material->gloss;
     for (size_t e = 0; e < shd_material_slots(material); e++)
         any = any || material->textures->slots[e].of == SHD_SLOT_TERM;
     return any;
@@ -64,7 +64,7 @@ static shd_status find_all(shd_rendering *r, const shd_scene *scene, size_t most
             snprintf(path, sizeof path, "/objects/%zu/material", i);
             return shd_fail(
                 error, SHD_SCENE, path,
-                "a pattern or a picture is many reflectances: give one of its colors instead");
+                "a pattern or a picture is many reflectances: give one of its colors or numbers instead");
         }
         if (!shd_reflectance_find(plan, i, &out->list[out->count++]))
             return shd_rendering_cancelled(error);

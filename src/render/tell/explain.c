@@ -142,11 +142,21 @@ static void tell_member(json_t *list, const shd_texture *texture, const char *me
     json_array_append_new(list, told);
 }
 
+static void tell_gloss(json_t *list, const shd_plan_material *material, size_t lobe) {
+    const shd_gloss *gloss = &material->gloss[lobe];
+    json_t *told = tell_texture(&gloss->texture->pattern, gloss->texture->name),
+           *more = json_pack("{ss sI s[ff]}", "coefficient",
+                             material->model == SHD_MODEL_COOK_TORRANCE ? "roughness" : "shininess",
+                             "lobe", (json_int_t)lobe, "range", gloss->least, gloss->most);
+    json_object_update_new(told, more);
+    json_array_append_new(list, told);
+}
+
 /* NULL: the material has no patterns and no map of normals. */
 static json_t *tell_patterns(const shd_plan_material *material) {
     const shd_plan_textures *textures = material->textures;
     const shd_texture *normal = material->normal;
-    if (!textures && !normal) return NULL;
+    if (!textures && !normal && !material->gloss) return NULL;
     json_t *list = json_array();
     for (size_t e = 0; e < shd_material_slots(material); e++) {
         const shd_plan_slot *slot = &textures->slots[e];
@@ -164,6 +174,8 @@ static json_t *tell_patterns(const shd_plan_material *material) {
     for (int k = 0; textures && k < SHD_RAY_COEFFICIENTS; k++)
         if (textures->rays[k].texture) tell_member(list, textures->rays[k].texture, rays[k]);
     if (normal) tell_member(list, normal, "normal");
+    for (size_t k = 0; material->gloss && k < material->lobe_count; k++)
+        if (material->gloss[k].texture) tell_gloss(list, material, k);
     return list;
 }
 

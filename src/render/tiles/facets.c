@@ -15,7 +15,7 @@ typedef struct facet_scratch {
     shd_paint_term *terms;
     size_t *term_of;
     shd_vec3 *normals; /* [BLOCK]: of a block's points, as a map has turned them */
-    double **sharp;    /* their rows of shd_points64.sharp; NULL: no object has a map */
+    double **sharp;    /* their rows of shd_points64.sharp; NULL: nobody asks */
     shd_stopwatch watch;
     double shadowed; /* seconds of rays to lights, within the stage */
 } facet_scratch;
@@ -24,7 +24,7 @@ typedef struct facet_job {
     const shd_scenery *scenery;
     const shd_facets *facets;
     const shd_plan_material *material;
-    const shd_mapped_facets *mapped; /* of its map of normals; NULL: it has none */
+    const shd_mapped_facets *mapped; /* of its map or its exponents; NULL: it has neither */
     int32_t object;
     const uint32_t *every; /* light */
     float *radiance;       /* or, of a material with patterns: */
@@ -32,7 +32,7 @@ typedef struct facet_job {
     facet_scratch *scratch; /* [slot]; NULL until there is something to light */
 } facet_job;
 
-/* Turns the normals of a block's points by the map, and widens their highlights. */
+/* Turns the normals of a block's points by the map, if there is one, and finds their highlights. */
 static void turn_points(const facet_job *l, size_t first, size_t count, facet_scratch *s) {
     const shd_plan_material *m = l->material;
     for (size_t i = 0; i < count; i++) {
@@ -41,7 +41,8 @@ static void turn_points(const facet_job *l, size_t first, size_t count, facet_sc
         const shd_bump bump = shd_mapped_point(l->mapped, first + i);
         s->normals[i] = bump.normal;
         for (size_t k = 0; k < m->lobe_count; k++) {
-            const shd_sharpness lobe = shd_toksvig(m->model, m->lobes[k].shininess, bump.length);
+            const shd_sharpness lobe =
+                shd_toksvig(m->model, shd_mapped_gloss(l->mapped, first + i, k), bump.length);
             s->sharp[2 * k][i] = lobe.shininess;
             s->sharp[2 * k + 1][i] = lobe.share;
         }
@@ -207,7 +208,7 @@ static bool make_scratch(const shd_plan *plan, shd_arena *arena, unsigned slots,
         s->exact = shd_scratch_rows64(&memory, 3 * terms, BLOCK);
         s->terms = shd_scratch_take(&memory, terms, sizeof *s->terms);
         s->term_of = shd_scratch_take(&memory, terms, sizeof *s->term_of);
-        if (!plan->bumped) continue;
+        if (!plan->bumped && !plan->glossed) continue;
         s->normals = shd_scratch_take(&memory, BLOCK, sizeof *s->normals);
         s->sharp = shd_scratch_rows64(&memory, 2 * plan->max_lobes + 3, BLOCK);
     }
@@ -243,7 +244,7 @@ bool shd_facets_light(shd_rendering *r, shd_scenery *scenery) {
         if (!l.scratch && !make_scratch(plan, arena, slots, &l)) return false;
         l.object = (int32_t)o;
         l.material = &plan->materials[plan->scene->objects[o].material];
-        l.mapped = l.material->normal ? &mapped : NULL;
+        l.mapped = l.material->normal || l.material->gloss ? &mapped : NULL;
         if (l.mapped && !shd_mapped_facets_make(plan, scenery->sight, o, arena, &mapped))
             return false;
         if (!take_room(plan, o, arena, &l)) return false;

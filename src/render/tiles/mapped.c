@@ -1,5 +1,7 @@
 #include "render/tiles/mapped.h"
 
+#include "shade/gloss.h"
+
 /* Means of these lengths have no direction. */
 static const double SHORTEST = 1e-6;
 
@@ -27,7 +29,7 @@ bool shd_mapped_facets_make(const shd_plan *plan, const shd_sight *sight, size_t
     if (!shd_is_cancelled(plan->cancelled)) list_corners(facets, step, begins, corners);
     *out = (shd_mapped_facets){.sight = sight,
                                .facets = facets,
-                               .map = plan->materials[plan->objects[object].material].normal,
+                               .material = &plan->materials[plan->objects[object].material],
                                .object = object,
                                .flat = flat,
                                .chart = shd_chart_of(of),
@@ -36,9 +38,15 @@ bool shd_mapped_facets_make(const shd_plan *plan, const shd_sight *sight, size_t
     return true;
 }
 
-/* Adds what the map is to the point by one of its triangles. */
-static void add_share(const shd_mapped_facets *m, shd_vec3 normal, uint32_t corner, shd_vec3 *sum,
-                      double *areas) {
+/* A point's share of one of its triangles. */
+typedef struct share {
+    shd_charted_point point;
+    shd_footprint uv;
+    double area; /* 0: it is none, and nothing else is set */
+} share;
+
+static share share_of(const shd_mapped_facets *m, shd_vec3 normal, uint32_t corner) {
+    share out = {.area = 0};
     const uint32_t triangle = corner / 3, k = corner % 3;
     const double part = m->flat ? 1.0 / 3 : 0.25, along = m->flat ? 12.0 / 72 : 12.0 / 80,
                  across = m->flat ? 12.0 / 24 : 12.0 / 40;
@@ -48,28 +56,48 @@ static void add_share(const shd_mapped_facets *m, shd_vec3 normal, uint32_t corn
                    s = shd_add(p, q),
                    sides[2] = {shd_scale(s, sqrt(along)), shd_scale(shd_sub(p, q), sqrt(across))};
     const double area = shd_length(shd_cross(p, q));
-    if (!(area > 0 && isfinite(area))) return;
+    if (!(area > 0 && isfinite(area))) return out;
     double weight[3] = {part, part, part};
     weight[k] = 1 - 2 * part;
-    const shd_charted_point point = {.position = shd_madd(at[k], s, part),
-                                     .normal = normal,
-                                     .triangle = triangle,
-                                     .b = weight[1],
-                                     .c = weight[2]};
-    const shd_footprint uv = shd_chart_around(&m->chart, &point, sides);
-    const shd_bump bump = shd_bump_at(m->map, &m->chart, &point, &uv);
-    *sum = shd_madd(*sum, bump.normal, area * bump.length);
-    *areas += area;
+    out.point = (shd_charted_point){.position = shd_madd(at[k], s, part),
+                                    .normal = normal,
+                                    .triangle = triangle,
+                                    .b = weight[1],
+                                    .c = weight[2]};
+    out.uv = shd_chart_around(&m->chart, &out.point, sides);
+    out.area = area;
+    return out;
 }
 
 shd_bump shd_mapped_point(const shd_mapped_facets *m, size_t point) {
     shd_bump out = {m->facets->normals[point], 1};
     shd_vec3 sum = {0, 0, 0};
     double areas = 0;
-    for (uint32_t i = m->begins[point]; i < m->begins[point + 1]; i++)
-        add_share(m, out.normal, m->corners[i], &sum, &areas);
+    if (!m->material->normal) return out;
+    for (uint32_t i = m->begins[point]; i < m->begins[point + 1]; i++) {
+        const share s = share_of(m, out.normal, m->corners[i]);
+        if (!(s.area > 0)) continue;
+        const shd_bump bump = shd_bump_at(m->material->normal, &m->chart, &s.point, &s.uv);
+        sum = shd_madd(sum, bump.normal, s.area * bump.length);
+        areas += s.area;
+    }
     if (!(areas > 0)) return out;
     out.length = shd_smaller(shd_length(sum) / areas, 1);
     if (out.length > SHORTEST) shd_normalize(sum, &out.normal);
     return out;
+}
+
+double shd_mapped_gloss(const shd_mapped_facets *m, size_t point, size_t lobe) {
+    const shd_gloss *gloss = m->material->gloss;
+    const double own = m->material->lobes[lobe].shininess;
+    double sum = 0, areas = 0;
+    if (!gloss || !gloss[lobe].texture) return own;
+    for (uint32_t i = m->begins[point]; i < m->begins[point + 1]; i++) {
+        const share s = share_of(m, m->facets->normals[point], m->corners[i]);
+        if (!(s.area > 0)) continue;
+        sum += s.area * shd_gloss_of(m->material, lobe, &s.uv);
+        areas += s.area;
+    }
+    if (!(areas > 0)) return own;
+    return shd_smaller(shd_larger(sum / areas, gloss[lobe].least), gloss[lobe].most);
 }

@@ -43,7 +43,7 @@ static void lay_out_chunk(const shd_plan *plan, shd_scratch *memory, shd_tile_sc
             if (plan->rayed[k]) s->shares[k] = shd_scratch_rows64(memory, 3, length);
         s->beam = shd_scratch_rows64(memory, plan->max_fields, 1);
     }
-    if (plan->antialiased || plan->bumped)
+    if (plan->antialiased || plan->bumped || plan->glossed)
         s->sharp = shd_scratch_rows64(memory, 2 * plan->max_lobes + 3, length);
     if (plan->textured && has_facet_slots(plan)) s->facets = shd_scratch_rows64(memory, 3, length);
     s->smooth = shd_smooth_lay_out(plan, length, memory);
