@@ -135,23 +135,44 @@ static int field_of(int kind) {
     return kind < SHD_PICTURE ? kind : SHD_PICTURE;
 }
 
+/* The same as bits of shd_field.kinds. */
+enum {
+    PATTERNS = (1 << SHD_PATTERN_COUNT) - 1,
+    COLORS = 1 << SHD_PICTURE,
+    PICTURES = COLORS | 1 << PLAIN_PICTURE | 1 << NUMBER_PICTURE,
+    NORMAL_PATTERNS = PATTERNS << NORMAL_PATTERN,
+    NORMALS = 1 << NORMAL_MAP | NORMAL_PATTERNS,
+    NUMBER_PATTERNS = PATTERNS << NUMBER_PATTERN,
+    NUMBERS = 1 << NUMBER_PICTURE | NUMBER_PATTERNS,
+    ALL_PATTERNS = PATTERNS | NORMAL_PATTERNS | NUMBER_PATTERNS,
+    GRIDS = (1 | 1 << NORMAL_PATTERN | 1 << NUMBER_PATTERN) << SHD_GRID,
+    NOISES = (1 | 1 << NORMAL_PATTERN | 1 << NUMBER_PATTERN) << SHD_NOISE
+};
+
+/* What each kind is called. */
+static const char *const kind_names[] = {"a checker",
+                                         "a grid",
+                                         "a gradient",
+                                         "a noise",
+                                         "a picture",
+                                         "a picture of numbers",
+                                         "a map of normals",
+                                         "a checker of normals",
+                                         "a grid of normals",
+                                         "a gradient of normals",
+                                         "a noise of normals",
+                                         "a picture of numbers",
+                                         "a checker of numbers",
+                                         "a grid of numbers",
+                                         "a gradient of numbers",
+                                         "a noise of numbers"};
+
 static bool read_members(shd_reader *r, const shd_node *node, int kind, raw_pattern *raw) {
-    enum {
-        PATTERNS = (1 << SHD_PATTERN_COUNT) - 1,
-        COLORS = 1 << SHD_PICTURE,
-        PICTURES = COLORS | 1 << PLAIN_PICTURE | 1 << NUMBER_PICTURE,
-        NORMAL_PATTERNS = PATTERNS << NORMAL_PATTERN,
-        NORMALS = 1 << NORMAL_MAP | NORMAL_PATTERNS,
-        NUMBER_PATTERNS = PATTERNS << NUMBER_PATTERN,
-        NUMBERS = 1 << NUMBER_PICTURE | NUMBER_PATTERNS,
-        ALL_PATTERNS = PATTERNS | NORMAL_PATTERNS | NUMBER_PATTERNS,
-        GRIDS = (1 | 1 << NORMAL_PATTERN | 1 << NUMBER_PATTERN) << SHD_GRID,
-        NOISES = (1 | 1 << NORMAL_PATTERN | 1 << NUMBER_PATTERN) << SHD_NOISE
-    };
     static const shd_range width = {0, 1, true, true, "between 0 and 1"},
                            octaves = {1, 8, .text = "1 to 8"},
                            scale = {-1000, 1000, .text = "-1000 to 1000"},
-                           code = {0, 1, .text = "0 to 1"};
+                           code = {0, 1, .text = "0 to 1"},
+                           number = {0, 1e9, .text = "0 to 1000000000"};
     static const char *const channels[] = {"R", "G", "B", "A", NULL};
     static const shd_field fields[] = {
         {"pattern", .read = NULL, .kinds = ALL_PATTERNS},
@@ -162,7 +183,7 @@ static bool read_members(shd_reader *r, const shd_node *node, int kind, raw_patt
         {"colors", read_codes, .offset = offsetof(raw_pattern, colors), .kinds = NORMAL_PATTERNS,
          .range = &code, .required = true},
         {"values", read_values, .offset = offsetof(raw_pattern, values), .kinds = NUMBERS,
-         .required = true},
+         .range = &number, .required = true},
         {"tint", shd_read_color, .offset = offsetof(raw_pattern, tint), .kinds = COLORS},
         {"space", shd_read_space, .offset = offsetof(raw_pattern, space), .kinds = PICTURES},
         {"channel", shd_read_choice, offsetof(raw_pattern, channel), PICTURES, .choices = channels},
@@ -171,22 +192,6 @@ static bool read_members(shd_reader *r, const shd_node *node, int kind, raw_patt
         {"octaves", shd_read_integer, offsetof(raw_pattern, octaves), NOISES, .range = &octaves},
         {"scale", shd_read_number, offsetof(raw_pattern, scale), NORMALS, .range = &scale},
     };
-    static const char *const whats[] = {"a checker",
-                                        "a grid",
-                                        "a gradient",
-                                        "a noise",
-                                        "a picture",
-                                        "a picture of numbers",
-                                        "a map of normals",
-                                        "a checker of normals",
-                                        "a grid of normals",
-                                        "a gradient of normals",
-                                        "a noise of normals",
-                                        "a picture of numbers",
-                                        "a checker of numbers",
-                                        "a grid of numbers",
-                                        "a gradient of numbers",
-                                        "a noise of numbers"};
     const int field = field_of(kind);
     const size_t errors = r->report->error_count;
     *raw = (raw_pattern){
@@ -197,7 +202,7 @@ static bool read_members(shd_reader *r, const shd_node *node, int kind, raw_patt
         .channel = SHD_ALL_CHANNELS,
         .tint = {1, 1, 1},
         .scale = 1};
-    shd_read_fields(r, node, fields, SHD_LENGTH(fields), 1u << kind, whats[kind], raw);
+    shd_read_fields(r, node, fields, SHD_LENGTH(fields), 1u << kind, kind_names[kind], raw);
     return r->report->error_count == errors;
 }
 

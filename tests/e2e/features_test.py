@@ -101,6 +101,8 @@ class Features(unittest.TestCase):
             "sweep": lambda: post("/v1/batch", {"scene": with_material(shininess=3),
                                                 "sweep": {"/objects/0/material/shininess": [3, 9]}}),
             "textures": self.texture,
+            "gloss-patterns": lambda: render(with_material(
+                specular=0.5, shininess={"pattern": "checker", "values": [8, 200]})),
             "normal-maps": lambda: self.texture("normal"),
             "normal-patterns": lambda: render(with_material(
                 normal={"pattern": "checker", "colors": ["#8080ff", [0.6, 0.5, 0.9]]})),

@@ -64,7 +64,7 @@ static shd_status find_all(shd_rendering *r, const shd_scene *scene, size_t most
             snprintf(path, sizeof path, "/objects/%zu/material", i);
             return shd_fail(
                 error, SHD_SCENE, path,
-                "a pattern or a picture is many reflectances: give one of its colors or numbers instead");
+                "a pattern or a picture is many reflectances: give one of them instead");
         }
         if (!shd_reflectance_find(plan, i, &out->list[out->count++]))
             return shd_rendering_cancelled(error);

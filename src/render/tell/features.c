@@ -10,24 +10,42 @@
 
 /* What every build of this version has, if it is not told to keep nothing. Of each:
  * tests/e2e/features_test.py asks for it. */
+/* clang-format off */
 static const char *const names[] = {
-    "analyze",        "assets",
-    "batch",          "bound-layer",
-    "brdf",           "budget",
-    "codec-budget",   "compare",
-    "css-colors",     "diff",
-    "explain",        "fit",
-    "gloss-patterns", "layers",
-    "links",          "meshes",
-    "normal-maps",    "normal-patterns",
-    "opacity",        "outputs",
-    "patterns",       "preview",
-    "region",         "scenes",
-    "shared-meshes",  "sheet",
-    "spectral",       "specular-antialiasing",
-    "sweep",          "textures",
-    "trace",          "turntable",
+    "analyze",
+    "assets",
+    "batch",
+    "bound-layer",
+    "brdf",
+    "budget",
+    "codec-budget",
+    "compare",
+    "css-colors",
+    "diff",
+    "explain",
+    "fit",
+    "gloss-patterns",
+    "layers",
+    "links",
+    "meshes",
+    "normal-maps",
+    "normal-patterns",
+    "opacity",
+    "outputs",
+    "patterns",
+    "preview",
+    "region",
+    "scenes",
+    "shared-meshes",
+    "sheet",
+    "spectral",
+    "specular-antialiasing",
+    "sweep",
+    "textures",
+    "trace",
+    "turntable",
 };
+/* clang-format on */
 
 /* Whether it has nowhere to keep what the feature stands for. */
 static bool is_off(const shd_engine *engine, const char *name) {
