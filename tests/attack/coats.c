@@ -114,6 +114,33 @@ static double any_power(uint64_t *random) {
                        : floor(decades(random, 1, 300));
 }
 
+/* An exponent, or a pattern or a picture of such. Of models whose lobes are no powers, the
+ * evaluation of the model knows of numbers alone. */
+static void put_power(FILE *out, uint64_t *random, bool is_power) {
+    const bool print = goes_beyond(BEYOND_PRINTS), image = goes_beyond(BEYOND_PICTURES);
+    const int kind = print || image ? one_of(random, 4) : 3;
+    if (kind > 1 || (goes_beyond(BEYOND_LEVEL) && !is_power)) {
+        fprintf(out, "%.17g", any_power(random));
+        return;
+    }
+    static const char *const channels[] = {"R", "G", "B", "A"};
+    const double one = fmax(any_power(random), 1),
+                 other = one_of(random, 6) ? fmax(any_power(random), 1) : 1;
+    const int pattern = knob_of(random, 4);
+    const bool is_print = print && (kind || !image);
+    if (is_print)
+        fprintf(out, "{\"pattern\": \"%s\", ", patterns[pattern]);
+    else
+        fprintf(out, "{\"texture\": \"%s\", \"channel\": \"%s\", ",
+                picture_name(FOR_COLORS, random), channels[knob_of(random, 4)]);
+    fprintf(out, "\"values\": [%.17g, %.17g]", one, other);
+    if (is_print)
+        put_field(out, random, pattern);
+    else
+        put_uv(out, random, any_wrap(random));
+    fputs("}", out);
+}
+
 static double any_roughness(uint64_t *random) {
     const int kind = one_of(random, 8);
     if (goes_beyond(BEYOND_LEVEL)) return decades(random, 0.1, 1);
@@ -146,17 +173,33 @@ static void put_shine(FILE *out, uint64_t *random, int model) {
         put_fresnel(out, random);
         fprintf(out, ", \"lobes\": [{\"roughness\": %.17g, \"weight\": %.17g}",
                 any_roughness(random), knob(random, 0, 1));
-        if (lobes) fprintf(out, ", {\"roughness\": %.17g}", any_roughness(random));
+        if (lobes) {
+            fputs(", {\"roughness\": ", out);
+            if (goes_beyond(BEYOND_PRINTS) && !goes_beyond(BEYOND_LEVEL) && one_of(random, 2)) {
+                const int pattern = knob_of(random, 4);
+                const double one = any_roughness(random), other = any_roughness(random);
+                fprintf(out, "{\"pattern\": \"%s\", \"values\": [%.17g, %.17g]", patterns[pattern],
+                        one, other);
+                put_field(out, random, pattern);
+                fputs("}", out);
+            } else {
+                fprintf(out, "%.17g", any_roughness(random));
+            }
+            fputs("}", out);
+        }
         fputs("]", out);
     }
     if (model >= 3) return;
     fputs(", ", out);
     put_coefficient(out, "specular", random, 0.8);
-    fprintf(out, ", \"shininess\": %.17g", any_power(random));
+    fputs(", \"shininess\": ", out);
+    put_power(out, random, model < 2);
     for (int k = 0; k < lobes; k++) {
         fputs(k ? ", {" : ", \"lobes\": [{", out);
         put_coefficient(out, "specular", random, 0.4);
-        fprintf(out, ", \"shininess\": %.17g}%s", any_power(random), k + 1 < lobes ? "" : "]");
+        fputs(", \"shininess\": ", out);
+        put_power(out, random, model < 2);
+        fputs(k + 1 < lobes ? "}" : "}]", out);
     }
 }
 

@@ -146,7 +146,8 @@ static void read_print(const json_t *from, const char *name, stuff *s, int index
                              *const wraps[] = {"clamp", "repeat", "mirror"};
     const json_t *value = json_object_get(from, name), *uv = json_object_get(value, "uv"),
                  *scale = json_object_get(uv, "scale"), *offset = json_object_get(uv, "offset"),
-                 *colors = json_object_get(value, "colors");
+                 *colors = json_object_get(value, "colors"),
+                 *values = json_object_get(value, "values");
     if (!json_is_array(scale)) return;
     print *p = &s->prints[index];
     for (int k = CHECKER_PRINT; k <= NOISE_PRINT; k++)
@@ -159,7 +160,8 @@ static void read_print(const json_t *from, const char *name, stuff *s, int index
     p->map[1][0] = b * item(scale, 0), p->map[1][1] = a * item(scale, 1);
     for (size_t k = 0; k < 2; k++) {
         p->map[k][2] = item(offset, k);
-        for (size_t c = 0; c < 3; c++) p->colors[k][c] = item(json_array_get(colors, k), c);
+        for (size_t c = 0; c < 3; c++)
+            p->colors[k][c] = values ? item(values, k) : item(json_array_get(colors, k), c);
     }
     s->printed = true;
 }
@@ -173,6 +175,9 @@ static void read_prints(const json_t *from, const real ambient[3], stuff *out) {
     for (size_t k = given; k < out->lobe_count && k < MOST_LOBES; k++)
         read_print(json_array_get(lobes, k - given), "specular", out, (int)(LOBE_PRINTS + k));
     if (given) read_print(from, "specular", out, LOBE_PRINTS);
+    for (size_t k = given; k < out->lobe_count && k < MOST_LOBES; k++)
+        read_print(json_array_get(lobes, k - given), "shininess", out, (int)(GLOSS_PRINTS + k));
+    if (given) read_print(from, "shininess", out, GLOSS_PRINTS);
     for (int c = 0; c < 3; c++) out->filled[c] = ambient[c];
 }
 

@@ -73,7 +73,8 @@ enum {
     AMBIENT_PRINT,
     DIFFUSE_PRINT,
     LOBE_PRINTS,
-    PRINTS = LOBE_PRINTS + MOST_LOBES
+    GLOSS_PRINTS = LOBE_PRINTS + MOST_LOBES, /* exponents, whose numbers are in `colors` */
+    PRINTS = GLOSS_PRINTS + MOST_LOBES
 };
 
 typedef struct stuff {

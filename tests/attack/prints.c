@@ -265,6 +265,11 @@ bool printed_stuff(const thing *t, const gaze *g, const printed_place *place, st
                             : ANYTHING;
         mix(p, w, constant[k][0], constant[k][1]);
     }
+    for (size_t k = 0; k < from->lobe_count; k++) {
+        if (!from->prints[GLOSS_PRINTS + k].kind) continue;
+        low->lobes[k].shininess = constant[GLOSS_PRINTS + k][1][0];
+        high->lobes[k].shininess = constant[GLOSS_PRINTS + k][0][0];
+    }
     for (int c = 0; c < 3; c++) {
         const bool shines = from->prints[EMISSIVE_PRINT].kind,
                    fills = from->prints[AMBIENT_PRINT].kind;

@@ -21,7 +21,8 @@ typedef struct printed_place {
 } printed_place;
 
 /* The thing's stuff as the pixel sees it there, of the least and the most that its coefficients may
- * be. False: it has no patterns, and nothing is written. */
+ * be; the largest exponents count as the least, as they do in models whose lobes are powers. False:
+ * it has no patterns, and nothing is written. */
 bool printed_stuff(const thing *t, const gaze *g, const printed_place *place, stuff *low,
                    stuff *high);
 

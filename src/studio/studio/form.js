@@ -54,7 +54,7 @@ export class Form {
         const tell = { change, settle: () => this.store.settle() };
         const size = this.schema.vectorSize(schema);
         if (kind === "color") return controls.color(title, { ...tell, to: name === "ambient" && pointer === "/ambient" ? 0.5 : 1 });
-        if (kind === "number") return controls.number(name, title, rangeOf(name, schema), tell);
+        if (kind === "number") return controls.number(name, title, rangeOf(name, this.schema.numberOf(schema)), tell);
         if (kind === "boolean") return controls.toggle(title, tell);
         if (kind === "choice") return controls.choice(title, schema.enum, tell);
         if (kind === "direction") return sphere(title, { ...tell, basis: this.basis, kind: name === "up" ? "up" : "travels" });

@@ -40,13 +40,21 @@ export class Schema {
         return schema.names.includes("CssColor") || (schema.oneOf ?? schema.anyOf ?? []).some(one => this.#hasColors(this.of(one)));
     }
 
+    /* A number, also where a pattern or a picture of numbers may stand in its place; or undefined. */
+    numberOf(schema) {
+        const isNumber = one => one.type === "number" || one.type === "integer";
+        const choices = (schema.oneOf ?? []).map(one => this.of(one)), number = choices.find(isNumber);
+        if (isNumber(schema)) return schema;
+        return choices.every(one => one === number || this.variants(one).every(variant => variant.properties)) ? number : undefined;
+    }
+
     kind(part) {
         const schema = this.of(part);
         const choices = (schema.oneOf ?? schema.anyOf ?? []).map(one => this.of(one));
         if (this.#hasColors(schema)) return "color";
         if (schema.enum && schema.enum.every(one => typeof one === "string")) return "choice";
         if (schema.const !== undefined) return "constant";
-        if (schema.type === "number" || schema.type === "integer") return "number";
+        if (this.numberOf(schema)) return "number";
         if (schema.type === "boolean" || schema.type === "string") return schema.type;
         if (schema.names.includes("Direction")) return "direction";
         if (this.vectorSize(schema)) return "vector";
