@@ -298,10 +298,10 @@ void shd_read_coefficient(shd_reader *r, const shd_node *node, void *out) {
     *place = texture;
 }
 
-/* ---- What rays go by ---- */
+/* ---- Shares of light: what rays go by, and what facets mirror ---- */
 
-/* Holds the ends of a texture's range to what a coefficient of rays may be, from 0 to `most`.
- * False: one is not `expected`, which is reported. */
+/* Holds the ends of a texture's range to what a share may be, from 0 to `most`. False: one is not
+ * `expected`, which is reported. */
 static bool are_shares(shd_reader *r, const shd_node *node, double most, const char *expected,
                        double ends[2][3]) {
     static const double SLACK = 1e-6; /* rounding of color conversion */
@@ -349,6 +349,23 @@ void shd_read_bounced_texture(shd_reader *r, const shd_node *node, void *out) {
         any = any || most[c] > 0;
     }
     if (any && r->scene->trace.depth > 0) *place = texture;
+}
+
+void shd_read_reflectance(shd_reader *r, const shd_node *node, void *out) {
+    const shd_texture **place = place_of(r, out);
+    double *most = out, ends[2][3];
+    *place = NULL;
+    if (!json_object_get(node->value, "texture") && !json_object_get(node->value, "pattern")) {
+        shd_read_color_or_spectrum(r, node, out);
+        return;
+    }
+    clear_curve(r, out);
+    const shd_texture *texture = read_texture(r, node, SHD_PICTURE);
+    if (!texture) return;
+    shd_texture_ends(texture, ends);
+    if (!are_shares(r, node, 1, "a reflectance is from 0 to 1", ends)) return;
+    for (int c = 0; c < 3; c++) most[c] = shd_larger(ends[0][c], ends[1][c]);
+    *place = texture;
 }
 
 /* ---- Maps of normals ---- */
@@ -411,6 +428,7 @@ bool shd_same_textures(const shd_material *a, const shd_material *b) {
     if (!same_texture(a->emissive_texture, b->emissive_texture) ||
         !same_texture(a->ambient_texture, b->ambient_texture) ||
         !same_texture(a->diffuse_texture, b->diffuse_texture) ||
+        !same_texture(a->fresnel.f0_texture, b->fresnel.f0_texture) ||
         !same_texture(a->opacity_texture, b->opacity_texture) ||
         !same_texture(a->reflection_texture, b->reflection_texture) ||
         !same_texture(a->transmission_texture, b->transmission_texture) ||
@@ -467,6 +485,11 @@ void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *o
         shd_wrong(r, node, "a material with %s needs `uvs` on a mesh",
                   material->normal_texture ? "a map of normals" : "a pattern or a picture");
     check_bins(r, node, material);
+    if (material->fresnel.f0_texture && object->interpolation != SHD_PHONG)
+        shd_wrong(r, node,
+                  "a fresnel `f0` that is a pattern or a picture needs interpolation phong: what "
+                  "facets mirror is another share at each angle, so that `f0` is no factor of the "
+                  "light that faces or corners have");
     if (material->model != SHD_MODEL_WESTIN) return;
     if (material->diffuse_texture && object->interpolation != SHD_PHONG)
         shd_wrong(r, node,
