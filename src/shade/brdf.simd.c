@@ -58,6 +58,11 @@ SHD_INLINE shd_vd load_sharp(const shd_sums_job *job, size_t row, size_t i) {
     return load_row(job, job->points->sharp[row] + job->points->sharp_at, i);
 }
 
+/* The same of one of points->facets. */
+SHD_INLINE shd_vd load_index(const shd_sums_job *job, size_t channel, size_t i) {
+    return load_row(job, job->points->facets[channel] + job->points->facets_at, i);
+}
+
 /* Lobe k of the job, of Phong's or Blinn's, in lanes that are lit, of log(1 - off): in lanes whose
  * exponent is the material's own, the same bits as there. */
 SHD_INLINE shd_vd weigh_sharp(const shd_sums_job *job, size_t k, size_t i, shd_vd off,
@@ -129,7 +134,7 @@ SHD_INLINE void add_mirrored(const shd_sums_job *job, const tints *t, size_t i, 
     for (int c = 0; c < 3; c++) {
         const bool again = c && of->n[c] == of->n[0] && of->k[c] == of->k[0];
         if (own)
-            mirrored[c] = mirror_each(load_row(job, job->points->facets[c], i), c2, s2);
+            mirrored[c] = mirror_each(load_index(job, (size_t)c, i), c2, s2);
         else
             mirrored[c] = again ? mirrored[0] : mirror_lanes(of->n[c], of->k[c], c2, s2);
     }

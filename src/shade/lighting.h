@@ -61,9 +61,11 @@ typedef struct shd_points64 {
      * own. */
     const double *const *sharp;
     size_t sharp_at;
-    /* [channel][point]: what the facets of microgeometry reflect there, or the index n of Cook and
-     * Torrance's, 1 and more, infinite too, whose k is 0; NULL: what the material's do */
+    /* [channel] at [facets_at + point]: what the facets of microgeometry reflect there, or the
+     * index n of Cook and Torrance's, 1 and more, infinite too, whose k is 0; NULL: what the
+     * material's do */
     const double *const *facets;
+    size_t facets_at;
     const shd_known *known; /* of points from [known_at] on; NULL: nothing is */
     size_t known_at;
 } shd_points64;

@@ -94,13 +94,27 @@ static double index_of(const shd_plan_material *m) {
     return most;
 }
 
-/* What F changes by at most with V.H = c, twice: of what errs by that, and by half of c at most.
- * Without absorption, of any n from 1 on, as patterns of f0 have them: with a^2 = n^2 - 1 + c^2, y
- * = c / a and x = n^2 c / a, F is the mean of ((1 - y) / (1 + y))^2 and ((1 - x) / (1 + x))^2. The
- * slope of y by log c is y (n^2 - 1) / a^2 <= y, that of x likewise, and 4 x |1 - x| / (1 + x)^3 is
- * 0.385 at most, so that F's slope is 0.385 / c. What errs by more errs by 1 at most. */
+/* n^2 - 1 of the least index that a pattern of f0 has. */
+static double least_above(const shd_texture *f0) {
+    double ends[2][3], least = 1;
+    shd_texture_ends(f0, ends);
+    for (int c = 0; c < 3; c++) least = shd_smaller(least, shd_smaller(ends[0][c], ends[1][c]));
+    const double n = shd_index_of(least);
+    return (n - 1) * (n + 1);
+}
+
+/* By how much F errs, in half_error. Patterns of f0 have no absorption, and any n from 1 on: with c
+ * = V.H, a^2 = n^2 - 1 + c^2, y = c / a and x = n^2 c / a, F is the mean of the squares of (1 - y)
+ * / (1 + y) and (1 - x) / (1 + x). By log c the slope of y is y (n^2 - 1) / a^2 <= y, that of x
+ * likewise, and those of the squares by log x and log y are 0.385 at most: so F's by c is 0.385 /
+ * c. c errs by what directions do twice, g->half half_error; where that is more than half of c,
+ * four times half_error is more than 1. Over a whole lobe D g h 0.385 / h is D 0.385 / v, and no
+ * more than that together with all that is nearer to h = 0. Rounding of n^2 - 1 + c^2 comes on top.
+ */
 static double fresnel_slope(const shd_plan_material *m, const shd_glance *g) {
-    return m->from->fresnel.f0_texture ? 4 / g->half : 8 * (1 + index_of(m));
+    const shd_texture *f0 = m->from->fresnel.f0_texture;
+    if (!f0) return 8 * (1 + index_of(m));
+    return 4 + 0x1p-51 / ((least_above(f0) + g->half * g->half) * half_error(g));
 }
 
 /* By how much g = G / N.V of Cook and Torrance errs, but for what N.H does: g is the least of 1 /

@@ -23,6 +23,7 @@ static const char *const names[] = {
     "diff",
     "explain",
     "fit",
+    "fresnel-patterns",
     "layers",
     "links",
     "meshes",
