@@ -50,7 +50,7 @@ FIRST = {
                  "lobes": [{"roughness": 0.3, "weight": 0.5}, {"roughness": 0.1}], "specularAntialiasing": False},
         "lacquer": {"model": "cook-torrance", "fresnel": {"f0": [0.04, 0.04, 0.05]}},
         "worn": {"model": "cook-torrance",
-                 "fresnel": {"f0": {"pattern": "grid", "colors": [0.04, 1], "width": 0.2}}},
+                 "fresnel": {"f0": {"pattern": "grid", "colors": [0.04, 0.4], "width": 0.2}}},
         "pane": {"diffuse": 0.2, "opacity": [0.5, 0.5, 0.5]},
         "veil": {"diffuse": [0.5, 0.4, 0.3, 0.5]},
         "cloth": {"model": "westin", "diffuse": 0.4, "side": "both",
