@@ -36,7 +36,7 @@ typedef struct finding {
 
 /* Whether what it reflects of light depends on the place. */
 static bool has_pattern(const shd_plan_material *material) {
-    bool any = material->gloss;
+    bool any = material->gloss || shd_facet_slot(material);
     for (size_t e = 0; e < shd_material_slots(material); e++)
         any = any || material->textures->slots[e].of == SHD_SLOT_TERM;
     return any;

@@ -170,6 +170,7 @@ static json_t *tell_patterns(const shd_plan_material *material) {
             json_object_set_new(told, "lobe", json_integer((json_int_t)slot->term - 1));
         json_array_append_new(list, told);
     }
+    if (textures && textures->fresnel) tell_member(list, material->from->fresnel.f0_texture, "f0");
     static const char *const rays[SHD_RAY_COEFFICIENTS] = {"opacity", "reflection", "transmission"};
     for (int k = 0; textures && k < SHD_RAY_COEFFICIENTS; k++)
         if (textures->rays[k].texture) tell_member(list, textures->rays[k].texture, rays[k]);
