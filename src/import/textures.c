@@ -149,9 +149,9 @@ static void consider_map(const shd_scene_writer *w, size_t material, const char 
     note_picture(w, name, picture->name, text);
 }
 
-/* MTL's picture of exponents: they follow it, or the material's own has its mean. */
+/* MTL's picture of exponents: they follow it, or `exponent` has its mean. */
 static void take_gloss(const shd_scene_writer *w, size_t material, const char *name,
-                       shd_model_material *from, shd_import_texture *out) {
+                       const shd_model_material *from, float *exponent, shd_import_texture *out) {
     const shd_model_map *map = &from->maps[SHD_MAP_GLOSS];
     const shd_model_picture *picture = picture_of(w, map);
     const bool shines =
@@ -166,7 +166,7 @@ static void take_gloss(const shd_scene_writer *w, size_t material, const char *n
         return;
     }
     const bool mean = picture->measured && shines;
-    if (mean) from->shininess *= picture->mean[0];
+    if (mean) *exponent *= picture->mean[0];
     snprintf(text, sizeof text, "the picture of its %s is left out%s, because %s",
              uses[SHD_MAP_GLOSS], mean ? " but for its mean" : "", why);
     note_picture(w, name, picture->name, text);
@@ -238,7 +238,7 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
     for (int kind = 0; kind < SHD_MAP_GLOSS; kind++)
         consider_map(w, index, name, (shd_model_map_kind)kind,
                      kind < SHD_MAP_COLORS ? colors[kind] : NULL, from, &taken[kind]);
-    take_gloss(w, index, name, &even, &taken[SHD_MAP_GLOSS]);
+    take_gloss(w, index, name, from, &even.shininess, &taken[SHD_MAP_GLOSS]);
     take_metal_rough(w, name, &even);
     shd_import_material_of(&even, w->options->phong, out);
     for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
