@@ -42,7 +42,7 @@ typedef struct shd_import_material {
     bool is_fit; /* an approximation of `foreign` */
     shd_foreign foreign;
     /* By kind: SHD_MAP_AMBIENT, SHD_MAP_DIFFUSE, SHD_MAP_SPECULAR, SHD_MAP_EMISSIVE,
-     * SHD_MAP_OPACITY, SHD_MAP_NORMAL. */
+     * SHD_MAP_OPACITY, SHD_MAP_NORMAL, SHD_MAP_GLOSS. */
     shd_import_texture textures[SHD_MAP_TAKEN];
 } shd_import_material;
 

@@ -206,6 +206,8 @@ static shd_model_map_kind kind_of(int type, uint32_t material) {
         return SHD_MAP_OPACITY;
     case aiTextureType_NORMALS:
         return SHD_MAP_NORMAL;
+    case aiTextureType_SHININESS:
+        return material == SHD_MODEL_MTL ? SHD_MAP_GLOSS : SHD_MAP_KINDS;
     case aiTextureType_METALNESS:
     case aiTextureType_DIFFUSE_ROUGHNESS:
     case aiTextureType_UNKNOWN:
@@ -240,7 +242,8 @@ static const shd_mtl_map *find_statement(const shd_map_reader *r, shd_model_map_
                                          const char *material) {
     static const char *const statements[SHD_MAP_TAKEN] = {
         [SHD_MAP_AMBIENT] = "map_Ka",  [SHD_MAP_DIFFUSE] = "map_Kd", [SHD_MAP_SPECULAR] = "map_Ks",
-        [SHD_MAP_EMISSIVE] = "map_Ke", [SHD_MAP_OPACITY] = "map_d",  [SHD_MAP_NORMAL] = "norm"};
+        [SHD_MAP_EMISSIVE] = "map_Ke", [SHD_MAP_OPACITY] = "map_d",  [SHD_MAP_NORMAL] = "norm",
+        [SHD_MAP_GLOSS] = "map_Ns"};
     return kind < SHD_MAP_TAKEN ? shd_mtl_find(r->mtl, material, statements[kind]) : NULL;
 }
 

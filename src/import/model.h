@@ -47,6 +47,7 @@ typedef enum shd_model_map_kind {
     SHD_MAP_COLORS,
     SHD_MAP_OPACITY = SHD_MAP_COLORS, /* MTL's map_d */
     SHD_MAP_NORMAL,                   /* of the tangent space: glTF's, MTL's norm */
+    SHD_MAP_GLOSS,                    /* MTL's map_Ns, which multiplies Ns */
     SHD_MAP_TAKEN,
     SHD_MAP_METAL_ROUGH = SHD_MAP_TAKEN, /* glTF: roughness in green, metal in blue */
     SHD_MAP_OCCLUSION,                   /* glTF, in red */
@@ -121,7 +122,7 @@ typedef struct shd_model {
     char failure[256];      /* why there is no model, or "" */
 } shd_model;
 
-#define SHD_MODEL_MAGIC "shdmodl4"
+#define SHD_MODEL_MAGIC "shdmodl5"
 
 /* Whether a block of `size` bytes, aligned to 8, is a model: every span is in it, every index is
  * one of something, and every number is finite. Normals that are zero, and normals and uvs that

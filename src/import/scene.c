@@ -26,6 +26,14 @@ static bool put_coefficient(shd_scene_writer *w, const shd_import_texture *textu
     return true;
 }
 
+static bool put_shininess(shd_scene_writer *w, const shd_import_material *m, double shape) {
+    const shd_import_texture *gloss = &m->textures[SHD_MAP_GLOSS];
+    fputs(", \"shininess\": ", w->out);
+    if (gloss->map && shape > 1) return shd_put_gloss(w, gloss, shape);
+    fprintf(w->out, "%.6g", shape);
+    return true;
+}
+
 /* What Phong and Blinn-Phong have: the first lobe apart from the rest. */
 static bool put_lobes(shd_scene_writer *w, const shd_import_material *m) {
     const shd_native *light = &m->light;
@@ -35,7 +43,8 @@ static bool put_lobes(shd_scene_writer *w, const shd_import_material *m) {
         fputs(k == 1 ? ", \"lobes\": [{" : k ? ", {" : ", ", w->out);
         fputs("\"specular\": ", w->out);
         if (!put_coefficient(w, &m->textures[SHD_MAP_SPECULAR], color)) return false;
-        fprintf(w->out, ", \"shininess\": %.6g%s", light->lobes[k].shape, k ? "}" : "");
+        if (!put_shininess(w, m, light->lobes[k].shape)) return false;
+        if (k) fputc('}', w->out);
     }
     if (light->lobe_count > 1) fputc(']', w->out);
     return true;

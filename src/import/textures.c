@@ -7,14 +7,12 @@
 
 /* ---- What is left out ---- */
 
-static const char *const uses[] = {[SHD_MAP_AMBIENT] = "ambient color",
-                                   [SHD_MAP_DIFFUSE] = "diffuse color",
-                                   [SHD_MAP_SPECULAR] = "specular color",
-                                   [SHD_MAP_EMISSIVE] = "emissive color",
-                                   [SHD_MAP_OPACITY] = "opacity",
-                                   [SHD_MAP_NORMAL] = "normals",
-                                   [SHD_MAP_METAL_ROUGH] = "metal and roughness",
-                                   [SHD_MAP_OCCLUSION] = "occlusion"};
+static const char *const uses[] = {
+    [SHD_MAP_AMBIENT] = "ambient color",   [SHD_MAP_DIFFUSE] = "diffuse color",
+    [SHD_MAP_SPECULAR] = "specular color", [SHD_MAP_EMISSIVE] = "emissive color",
+    [SHD_MAP_OPACITY] = "opacity",         [SHD_MAP_NORMAL] = "normals",
+    [SHD_MAP_GLOSS] = "exponents",         [SHD_MAP_METAL_ROUGH] = "metal and roughness",
+    [SHD_MAP_OCCLUSION] = "occlusion"};
 
 static const shd_model_picture *picture_of(const shd_scene_writer *w, const shd_model_map *map) {
     const shd_model_picture *pictures = shd_span_items(w->model, w->model->pictures);
@@ -151,6 +149,29 @@ static void consider_map(const shd_scene_writer *w, size_t material, const char 
     note_picture(w, name, picture->name, text);
 }
 
+/* MTL's picture of exponents: they follow it, or `exponent` has its mean. */
+static void take_gloss(const shd_scene_writer *w, size_t material, const char *name,
+                       const shd_model_material *from, float *exponent, shd_import_texture *out) {
+    const shd_model_map *map = &from->maps[SHD_MAP_GLOSS];
+    const shd_model_picture *picture = picture_of(w, map);
+    const bool shines =
+        from->illum > 1 && from->specular[0] + from->specular[1] + from->specular[2] > 0;
+    char text[160];
+    if (!picture) return;
+    const char *why = find_obstacle(w, material, map, picture);
+    if (!why && !shines) why = "it has no highlight";
+    if (!why && !(from->shininess > 1)) why = "its Ns is not above 1";
+    if (!why) {
+        *out = (shd_import_texture){.map = map, .picture = picture, .channel = 'R'};
+        return;
+    }
+    const bool mean = picture->measured && shines;
+    if (mean) *exponent *= picture->mean[0];
+    snprintf(text, sizeof text, "the picture of its %s is left out%s, because %s",
+             uses[SHD_MAP_GLOSS], mean ? " but for its mean" : "", why);
+    note_picture(w, name, picture->name, text);
+}
+
 /* What pictures cannot do that were taken, or not. */
 static void tell_losses(const shd_scene_writer *w, const char *name, const shd_model_material *from,
                         const shd_import_material *made) {
@@ -214,9 +235,10 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
     shd_import_texture taken[SHD_MAP_TAKEN] = {{.map = NULL}};
     float *const colors[SHD_MAP_COLORS] = {even.ambient, even.diffuse, even.specular,
                                            even.emissive};
-    for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
+    for (int kind = 0; kind < SHD_MAP_GLOSS; kind++)
         consider_map(w, index, name, (shd_model_map_kind)kind,
                      kind < SHD_MAP_COLORS ? colors[kind] : NULL, from, &taken[kind]);
+    take_gloss(w, index, name, from, &even.shininess, &taken[SHD_MAP_GLOSS]);
     take_metal_rough(w, name, &even);
     shd_import_material_of(&even, w->options->phong, out);
     for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
@@ -282,6 +304,15 @@ bool shd_put_texture(shd_scene_writer *w, const shd_import_texture *texture, con
     fprintf(w->out, "{\"texture\": \"sha256-%s\"", digits);
     if (texture->channel) fprintf(w->out, ", \"channel\": \"%c\"", texture->channel);
     if (!texture->channel || texture->is_tinted) put_factor(w, texture, rgb);
+    put_place(w->out, texture->map);
+    return true;
+}
+
+bool shd_put_gloss(shd_scene_writer *w, const shd_import_texture *texture, double most) {
+    char *digits;
+    if (!keep_picture(w, texture, &digits)) return false;
+    fprintf(w->out, "{\"texture\": \"sha256-%s\", \"channel\": \"%c\", \"values\": [1, %.6g]",
+            digits, texture->channel, most);
     put_place(w->out, texture->map);
     return true;
 }

@@ -45,6 +45,8 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
 /* A coefficient (an opacity, without `rgb`) that follows a picture, whose file is kept. False: out
  * of memory, or cancelled. */
 bool shd_put_texture(shd_scene_writer *w, const shd_import_texture *texture, const double rgb[3]);
+/* An exponent of `most` or less, but no less than 1. */
+bool shd_put_gloss(shd_scene_writer *w, const shd_import_texture *texture, double most);
 bool shd_put_normals(shd_scene_writer *w,
                      const shd_import_texture *texture); /* the same of these */
 

@@ -238,6 +238,15 @@ class AssetsTest(Test):
         told = json.loads(self.daemon.post("/v1/explain", mirror).body)["materials"]["groups"][0]["patterns"]
         self.assertEqual([one["coefficient"] for one in told], ["reflection", "transmission"])
         self.assertNotEqual(self.daemon.render(mirror).headers["ETag"], self.daemon.render({**mirror, "trace": {}}).headers["ETag"])
+        worn = {"specular": 0.5, "shininess": {"pattern": "checker", "values": [8, 90]}, "lobes": [
+            {"specular": 0.1, "shininess": {"texture": name_of(wide), "channel": "A", "values": [60, 5]}}]}
+        group = json.loads(self.daemon.post("/v1/explain", {**SMALL, "objects": [{"type": "sphere", "material": worn}]}).body)
+        group = group["materials"]["groups"][0]
+        self.assertEqual([one["coefficient"] for one in group["patterns"]], ["shininess", "shininess"])
+        self.assertEqual([one["lobe"] for one in group["patterns"]], [0, 1])
+        ranges = [one["range"] for one in group["patterns"]]
+        self.assertEqual((ranges[0], group["shininess"]), ([8, 90], [most for _, most in ranges]))
+        self.assertTrue(5 <= ranges[1][0] < ranges[1][1] <= 60)
         bumps = {**SMALL, "objects": [{"type": "sphere", "material": {"normal": {"texture": name_of(wide)}}}]}
         answers = [self.daemon.render({**bumps, "interpolation": how}) for how in ("phong", "gouraud", "flat")]
         self.assertEqual([answer.status for answer in answers], [200] * 3)

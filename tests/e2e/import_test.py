@@ -635,11 +635,26 @@ class Textures(Case):
         a, _ = self.mtl("Ke 1 1 1\nmap_Ke -clamp on -s 4 4 4 wood.png\n")
         self.assertEqual(a["emissive"]["uv"], {"wrap": "clamp", "scale": [4, 4]})
 
+    def test_exponents_follow_their_picture(self):
+        shine = "Ks 0.5 0.5 0.5\nNs 90\nillum 2\n"
+        a, said = self.mtl(shine + "map_Ns -s 3 1 wood.png\n")
+        self.assertNotIn("left out", said)
+        self.assertEqual(self.kept(a["shininess"]), LEFT_RED)
+        self.assertEqual((a["shininess"]["values"], a["shininess"]["channel"], a["shininess"]["uv"]),
+                         ([1, 90], "R", {"wrap": "repeat", "scale": [3, 1]}))
+        self.assertEqual(self.shade("check", "scene.json", "--assets", "assets").returncode, 0)
+        a, said = self.mtl(shine + "map_Ns nothing.png\n")
+        self.assertEqual(a["shininess"], 90)
+        self.assertIn("picture of its exponents is left out, because it cannot be read: nothing.png", said)
+        a, said = self.mtl("Ks 1 1 1\nNs 0.5\nillum 2\nmap_Ns wood.png\n")
+        self.assertIn("picture of its exponents is left out but for its mean, because its Ns is not above 1", said)
+        self.assertLess(a["shininess"], 0.5)
+
     def test_what_mtl_has_beside_is_told(self):
         _, said = self.mtl("map_Kd -mm 0.1 2 -t 1 1 1 -imfchan r -cc on wood.png\nmap_Ns 2.png\nPr 0.4\ndisp 2.png\n"
                            "sharpness 60\n")
         for words in ("-mm of its map_Kd", "-t of its map_Kd", "-imfchan of its map_Kd", "-cc of its map_Kd",
-                      'picture of its exponents or glossiness is left out, because scenes have no such thing: 2.png',
+                      'picture of its exponents is left out, because it has no highlight: 2.png',
                       "picture of its displacement", "its Pr is left out", "its sharpness"):
             self.assertEqual(said.count(words), 1, (words, said))
 
