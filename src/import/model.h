@@ -50,6 +50,9 @@ typedef enum shd_model_map_kind {
     SHD_MAP_TAKEN,
     SHD_MAP_METAL_ROUGH = SHD_MAP_TAKEN, /* glTF: roughness in green, metal in blue */
     SHD_MAP_OCCLUSION,                   /* glTF, in red */
+    /* Pictures that are made of glTF's base color and metal (metal.h), where that differs. */
+    SHD_MAP_BENEATH,
+    SHD_MAP_MIRRORED,
     SHD_MAP_KINDS
 } shd_model_map_kind;
 
@@ -121,7 +124,7 @@ typedef struct shd_model {
     char failure[256];      /* why there is no model, or "" */
 } shd_model;
 
-#define SHD_MODEL_MAGIC "shdmodl4"
+#define SHD_MODEL_MAGIC "shdmodl5"
 
 /* Whether a block of `size` bytes, aligned to 8, is a model: every span is in it, every index is
  * one of something, and every number is finite. Normals that are zero, and normals and uvs that

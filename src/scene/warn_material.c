@@ -12,11 +12,14 @@ static bool is_negative(const double rgb[3]) {
  * 2 specular / (shininess + 2), since the lobe (R.V)^n holds 2 pi / (n + 2) of the hemisphere's pi.
  * Light from aside is sent on by more. */
 static double most_reflected(const shd_material *m) {
+    /* Patterns of metal and of what is none: the one is where the other is not. */
+    const bool by_turns = m->diffuse_texture && m->fresnel.f0_texture;
     double most = 0;
     for (int c = 0; c < 3; c++) {
-        double direct = m->diffuse[c];
+        double direct = m->diffuse[c], lobes = 0;
         for (size_t i = 0; i < m->lobe_count; i++)
-            direct += m->lobes[i].specular[c] * shd_lobe_albedo(m, &m->lobes[i]);
+            lobes += m->lobes[i].specular[c] * shd_lobe_albedo(m, &m->lobes[i]);
+        direct = by_turns ? shd_larger(direct, lobes) : direct + lobes;
         most = shd_larger(m->ambient[c], shd_larger(direct, most)); /* NAN is left out */
     }
     return most;
