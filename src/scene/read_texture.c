@@ -323,8 +323,7 @@ void shd_read_coefficient(shd_reader *r, const shd_node *node, void *out) {
 
 /* ---- Shares of light: what rays go by, and what facets mirror ---- */
 
-/* Reads one whose ends, which are held to these, are from 0 to `most`. NULL: they are not
- * `expected`, or it is wrong otherwise, which is reported. */
+/* Reads one whose ends, held to that, are from 0 to `most`. NULL: it is not as `expected`. */
 static const shd_texture *read_shares(shd_reader *r, const shd_node *node, int kind, double most,
                                       const char *expected, double ends[2][3]) {
     static const double SLACK = 1e-6; /* rounding of color conversion */
@@ -367,8 +366,7 @@ void shd_read_bounced_texture(shd_reader *r, const shd_node *node, void *out) {
     clear_curve(r, out);
     const shd_texture *texture =
         read_shares(r, node, SHD_PICTURE, INFINITY, "must be 0 or more", ends);
-    if (!texture) return;
-    for (int c = 0; c < 3; c++) {
+    for (int c = 0; texture && c < 3; c++) {
         most[c] = shd_larger(ends[0][c], ends[1][c]);
         any = any || most[c] > 0;
     }
