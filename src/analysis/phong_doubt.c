@@ -270,7 +270,7 @@ shd_status shd_fit_tell_errors(const shd_fitting *f, shd_candidate *best, bool l
                                      .variance = variance,
                                      .exponent = errors.variance};
     shd_plateaus more = {.exponent = 0};
-    if (!f->rows->relative) shd_fit_find_plateaus(&parts, f->scratch[BESIDE], f->cancelled, &more);
+    if (!f->rows->relative) shd_fit_find_plateaus(&parts, f->scratch + BESIDE, f->cancelled, &more);
     if (lobe) finish(best, &errors);
     tell_errors(best, &errors, variance, &more, uses, out);
     for (int c = 0; c < 3; c++) memcpy(out->channels[c].value, best->x[c], sizeof best->x[c]);

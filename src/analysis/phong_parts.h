@@ -75,6 +75,6 @@ typedef struct shd_plateaus {
     double own[3][SHD_COLUMNS][SHD_COLUMNS], cross[3][SHD_COLUMNS], exponent;
 } shd_plateaus;
 
-/* `room`: [count][3] that is written over. Once cancelled, *out is of no use. */
-void shd_fit_find_plateaus(const shd_plateau_parts *p, float *room, const atomic_bool *cancelled,
-                           shd_plateaus *out);
+/* `room`: twice [count][3] that is written over. Once cancelled, *out is of no use. */
+void shd_fit_find_plateaus(const shd_plateau_parts *p, float *const room[2],
+                           const atomic_bool *cancelled, shd_plateaus *out);

@@ -5,20 +5,39 @@
  * Between two rows it is a covariance of v, which is carried to the terms as least squares carry
  * errors. */
 #include <stdint.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "analysis/phong_parts.h"
 
 typedef struct row {
-    float light;
-    uint32_t index;
+    uint32_t key, index;
 } row;
 
-static int compare(const void *a, const void *b) {
-    const row *x = a, *y = b;
-    if (x->light != y->light) return x->light < y->light ? -1 : 1;
-    return (x->index > y->index) - (x->index < y->index);
+enum { DIGIT = 11, DIGITS = 1 << DIGIT };
+
+/* Goes up as the light does. */
+static uint32_t key_of(float light) {
+    uint32_t bits;
+    memcpy(&bits, &light, sizeof bits);
+    return bits >> 31 ? ~bits : bits | 1u << 31;
+}
+
+/* By light, digit by digit; what it is sorted into is `to`, and `from` is written over. */
+static void sort_rows(row *from, row *to, size_t count) {
+    for (unsigned shift = 0; shift < 3 * DIGIT; shift += DIGIT) {
+        size_t starts[DIGITS] = {0}, sum = 0;
+        for (size_t i = 0; i < count; i++) starts[from[i].key >> shift & (DIGITS - 1)]++;
+        for (size_t d = 0; d < DIGITS; d++) {
+            const size_t here = starts[d];
+            starts[d] = sum;
+            sum += here;
+        }
+        for (size_t i = 0; i < count; i++)
+            to[starts[from[i].key >> shift & (DIGITS - 1)]++] = from[i];
+        row *swapped = from;
+        from = to;
+        to = swapped;
+    }
 }
 
 /* Rows of one code: sums of weighted columns and of the exponent's, and of light and its square. */
@@ -65,32 +84,34 @@ static void end_plateau(const shd_plateau_parts *p, int c, const plateau *g, shd
 }
 
 /* Codes are a step of sqrt(12) apart. */
-static bool is_next(const shd_plateau_parts *p, const row *a, const row *b) {
-    return ((double)b->light - (double)a->light) * (double)p->rows->weight[b->index] > 0.5;
+static bool is_next(const shd_fit_rows *rows, size_t a, size_t b) {
+    return ((double)rows->light[b] - (double)rows->light[a]) * (double)rows->weight[b] > 0.5;
 }
 
-void shd_fit_find_plateaus(const shd_plateau_parts *p, float *room, const atomic_bool *cancelled,
-                           shd_plateaus *out) {
-    row *sorted = (void *)room;
-    memset(out, 0, sizeof *out);
-    for (int c = 0; c < 3; c++) {
-        size_t count = 0;
-        plateau g = {0};
-        if (!(p->variance[c] > 0)) continue;
-        for (size_t i = (size_t)c; i < 3 * p->rows->count; i += 3) {
-            const bool counted = p->rows->alike[c] > 1 && !(p->rows->diffuse[i] > 0);
-            if (p->rows->weight[i] > 0 && !counted)
-                sorted[count++] = (row){p->rows->light[i], (uint32_t)i};
-        }
-        if (shd_is_cancelled(cancelled)) return;
-        qsort(sorted, count, sizeof *sorted, compare);
-        for (size_t k = 0; k < count; k++) {
-            if (k && is_next(p, &sorted[k - 1], &sorted[k])) {
-                end_plateau(p, c, &g, out);
-                g = (plateau){0};
-            }
-            add_row(p, sorted[k].index, &g);
-        }
-        end_plateau(p, c, &g, out);
+static void go_through(const shd_plateau_parts *p, int c, row *room, row *sorted,
+                       shd_plateaus *out) {
+    const shd_fit_rows *rows = p->rows;
+    size_t count = 0;
+    plateau g = {0};
+    for (size_t i = (size_t)c; i < 3 * rows->count; i += 3) {
+        const bool counted = rows->alike[c] > 1 && !(rows->diffuse[i] > 0);
+        if (rows->weight[i] > 0 && !counted)
+            room[count++] = (row){key_of(rows->light[i]), (uint32_t)i};
     }
+    sort_rows(room, sorted, count);
+    for (size_t k = 0; k < count; k++) {
+        if (k && is_next(rows, sorted[k - 1].index, sorted[k].index)) {
+            end_plateau(p, c, &g, out);
+            g = (plateau){0};
+        }
+        add_row(p, sorted[k].index, &g);
+    }
+    end_plateau(p, c, &g, out);
+}
+
+void shd_fit_find_plateaus(const shd_plateau_parts *p, float *const room[2],
+                           const atomic_bool *cancelled, shd_plateaus *out) {
+    memset(out, 0, sizeof *out);
+    for (int c = 0; c < 3 && !shd_is_cancelled(cancelled); c++)
+        if (p->variance[c] > 0) go_through(p, c, (void *)room[0], (void *)room[1], out);
 }
