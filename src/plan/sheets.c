@@ -2,6 +2,7 @@
  * light is. The side must be the same all over a face. */
 #include <stdlib.h>
 
+#include "plan/morton.h"
 #include "plan/parts.h"
 
 /* A light is in a plane if it is nearer than this times |light| + |point| (docs/model.md). */
@@ -76,15 +77,6 @@ static double length_at_most(shd_vec3 v) {
     return (fabs(v.x) + fabs(v.y) + fabs(v.z)) * (1 + 1e-9);
 }
 
-/* Whether a light's place is clear of the face's plane by any measure. */
-static bool is_clear(const face *f, shd_vec3 position) {
-    const shd_vec3 toward = shd_sub(position, f->point);
-    const double height = fabs(shd_dot(f->normal, toward)),
-                 in = length_at_most(position) + f->reach, near = length_at_most(toward) + f->size;
-    return height > IN_PLANE * (1 + 1e-9) * in &&
-           !(f->near && height <= NEAR_PLANE * (1 + 1e-9) * near);
-}
-
 static void look_at_light(gathering *g, const face *f, size_t j) {
     const shd_plan_light *light = &g->plan->lights[j];
     if (light->shape || light->environment) return; /* it is in no plane */
@@ -109,18 +101,6 @@ static int compare_places(const void *x, const void *y) {
     return a->light < b->light ? -1 : a->light > b->light;
 }
 
-/* Ten bits of a coordinate in [low, low + size], two zeros before each. */
-static uint32_t spread_bits(double at, double low, double size) {
-    enum { STEPS = 1 << 10 };
-    const double part = size > 0 ? (at - low) / size * STEPS : 0;
-    uint32_t bits = part >= STEPS - 1 ? STEPS - 1 : part > 0 ? (uint32_t)part : 0;
-    bits = (bits | bits << 16) & 0x030000FF;
-    bits = (bits | bits << 8) & 0x0300F00F;
-    bits = (bits | bits << 4) & 0x030C30C3;
-    return (bits | bits << 2) & 0x09249249;
-}
-
-/* Puts lights in the order of Morton's curve, on which neighbors mostly lie together. */
 static void sort_places(gathering *g) {
     shd_vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
     for (size_t i = 0; i < g->placed_count; i++) {
@@ -128,11 +108,8 @@ static void sort_places(gathering *g) {
         high = shd_vec3_max(high, g->placed[i].at);
     }
     const shd_vec3 size = shd_sub(high, low);
-    for (size_t i = 0; i < g->placed_count; i++) {
-        const shd_vec3 at = g->placed[i].at;
-        g->placed[i].key = spread_bits(at.x, low.x, size.x) << 2 |
-                           spread_bits(at.y, low.y, size.y) << 1 | spread_bits(at.z, low.z, size.z);
-    }
+    for (size_t i = 0; i < g->placed_count; i++)
+        g->placed[i].key = shd_morton(g->placed[i].at, low, size);
     qsort(g->placed, g->placed_count, sizeof *g->placed, compare_places);
 }
 
@@ -174,24 +151,26 @@ static bool bundle_lights(gathering *g) {
 
 /* ---- Faces. ---- */
 
-/* Whether all lights of a bundle are clear of the face's plane. What is added to distances is more
- * than rounding of those of the lights. */
-static bool are_clear(const face *f, const bundle *b) {
-    const shd_vec3 toward = shd_sub(b->middle, f->point);
-    const double height = fabs(shd_dot(f->normal, toward)),
+/* Looks at those lights of a bundle that are not clear of the face's plane by any measure: by a
+ * margin that is more than what counts as near, and than rounding. */
+static void look_at_bundle(gathering *g, const face *f, const bundle *b, const placed *lights,
+                           size_t count) {
+    const double height = fabs(shd_dot(f->normal, shd_sub(b->middle, f->point))),
                  aside = fabs(f->normal.x) * b->half.x + fabs(f->normal.y) * b->half.y +
                          fabs(f->normal.z) * b->half.z,
-                 reach = b->away + length_at_most(f->point) + f->size + f->reach;
-    return height > aside + (f->near ? 2 * NEAR_PLANE : 1e-12) * reach;
+                 reach = b->away + length_at_most(f->point) + f->size + f->reach,
+                 margin = (f->near ? 2 * NEAR_PLANE : 1e-12) * reach;
+    if (height > aside + margin) return;
+    for (size_t i = 0; i < count; i++)
+        if (!(fabs(shd_dot(f->normal, shd_sub(lights[i].at, f->point))) > margin))
+            look_at_light(g, f, lights[i].light);
 }
 
 static void look_at_face(gathering *g, const face *f) {
     if (!g->bundles && !bundle_lights(g)) g->full = true;
     for (size_t first = 0, k = 0; first < g->placed_count && !g->full; first += TOGETHER, k++) {
-        if (are_clear(f, &g->bundles[k])) continue;
         const size_t left = g->placed_count - first, some = left < TOGETHER ? left : TOGETHER;
-        for (size_t i = first; i < first + some; i++)
-            if (!is_clear(f, g->placed[i].at)) look_at_light(g, f, g->placed[i].light);
+        look_at_bundle(g, f, &g->bundles[k], &g->placed[first], some);
     }
     for (size_t i = 0; i < g->far_count && !g->full; i++)
         if (!(fabs(shd_dot(f->normal, g->far[i]->toward)) > NEAR_PLANE))
