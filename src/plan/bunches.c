@@ -114,8 +114,8 @@ static void add_part(const builder *b, const shd_bunch *part, shd_bunch *to) {
                                 to->moments[c][shd_monomials_below(from + g) +
                                                shd_monomial(q + r, k + z)] +=
                                     way[shd_monomials_below(g) + shd_monomial(r, z)] *
-                                    part->moments[c][shd_monomials_below(from) +
-                                                     shd_monomial(q, k)];
+                                    part->moments[c]
+                                                 [shd_monomials_below(from) + shd_monomial(q, k)];
 }
 
 /* Parts follow what they are parts of, so that the last ones are known first. */

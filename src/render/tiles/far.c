@@ -415,10 +415,9 @@ void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, cons
     if (!s.parts) part_dull(&s);
     out->spent = s.before + s.spent;
     out->sums = s.taken;
-    for (size_t i = 0; i < s.taken_bunches; i++)
-        shd_far_add_bunch(bunches, &bunches->list[scratch->taken[i]], &out->far);
-    shd_far_kernel_of(plan->isa)->add(bunches, scratch->taken + s.taken_bunches, s.taken_lights,
-                                      &out->far);
+    const shd_far_kernel *kernel = shd_far_kernel_of(plan->isa);
+    kernel->add_bunches(bunches, scratch->taken, s.taken_bunches, &out->far);
+    kernel->add(bunches, scratch->taken + s.taken_bunches, s.taken_lights, &out->far);
     if (whole && whole->far.lights) shd_far_shift(&whole->far, &out->far);
 }
 
