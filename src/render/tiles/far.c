@@ -10,11 +10,11 @@
 
 /* Of the room: of bunches, of all lights of a patch that has parts, of those of others, and of all
  * with what highlights of dull lights add. The rest is for lights that are dropped. */
-static const double BUNCH_SHARE = 0.15, FAR_SHARE[SHD_AFAR_LEVELS] = {0.15, 0.35, 0.85},
+static const double BUNCH_SHARE = 0.15, FAR_SHARE[SHD_AFAR_LEVELS] = {0.3, 0.6, 0.85},
                     SHARE = 0.95;
 
 enum {
-    BUNCHES = 1000,   /* that the room of bunches is meant for */
+    BUNCHES = 400,    /* that the room of bunches is meant for */
     BUNCH_PAYS = 160, /* points times lights that cost as much as a bunch of lights */
     ALONE_PAYS = 250  /* points that cost as much as looking at a light that is in no bunch */
 };
