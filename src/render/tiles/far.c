@@ -10,8 +10,7 @@
 
 /* Of the room: of bunches, of all lights of a patch that has parts, of those of others, and of all
  * with what highlights of dull lights add. The rest is for lights that are dropped. */
-static const double BUNCH_SHARE = 0.15, FAR_SHARE[SHD_AFAR_LEVELS] = {0.3, 0.6, 0.85},
-                    SHARE = 0.95;
+static const double BUNCH_SHARE = 0.15, FAR_SHARE[SHD_AFAR_LEVELS] = {0.3, 0.6, 0.85}, SHARE = 0.95;
 
 enum {
     BUNCHES = 400,    /* that the room of bunches is meant for */

@@ -216,8 +216,10 @@ static void light_exactly(const shd_scenery *scenery, const lit_run *l, size_t p
 
 /* Leaves out lights that do not reach the run's points, or are too weak. */
 static void cull_lights(const shd_scenery *scenery, lit_run *l, shd_tile_scratch *s) {
-    enum { FEW = 2 /* lights that cost less than looking at the points */,
-           LOOK = 24 /* quick sums at points that cost less than looking at each light */ };
+    enum {
+        FEW = 2 /* lights that cost less than looking at the points */,
+        LOOK = 24 /* quick sums at points that cost less than looking at each light */
+    };
     const shd_plan *plan = scenery->plan;
     if (plan->tier == SHD_EXACT || l->lights <= FEW) return;
     if (l->quick && l->count < LOOK) return;
