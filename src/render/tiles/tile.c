@@ -216,9 +216,13 @@ static void light_exactly(const shd_scenery *scenery, const lit_run *l, size_t p
 
 /* Leaves out lights that do not reach the run's points, or are too weak. */
 static void cull_lights(const shd_scenery *scenery, lit_run *l, shd_tile_scratch *s) {
-    enum { FEW = 2 }; /* lights that cost less than looking at the points */
+    enum {
+        FEW = 2 /* lights that cost less than looking at the points */,
+        LOOK = 24 /* quick sums at points that cost less than looking at each light */
+    };
     const shd_plan *plan = scenery->plan;
     if (plan->tier == SHD_EXACT || l->lights <= FEW) return;
+    if (l->quick && l->count < LOOK) return;
     const shd_patch patch = shd_patch_of(scenery, l->hits, l->first, l->count);
     const size_t object = (size_t)l->hits->object[l->first];
     const size_t count = shd_plan_cull(plan, &patch, l->which, l->lights, s->which);
