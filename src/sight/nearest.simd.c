@@ -160,17 +160,21 @@ static int find_few(const shd_sight *sight, const shd_targets *targets, shd_batc
     bool some = false; /* lane hit an object */
     for (size_t k = 0; k < targets->count; k++) {
         const shd_item *it = &sight->items[targets->objects[k]];
+        const shd_glance *glance = &sight->glances[targets->objects[k]];
         const double object = targets->objects[k];
-        if (it->shape == SHD_MESH) {
+        if (!glance->is_ball && it->shape == SHD_MESH) {
             const double limit = some ? SHD_VARIANT(shd_end_of)(b, out) : INFINITY;
-            if (it->nearest > limit ||
+            if (glance->nearest > limit ||
                 !SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, limit, &met) ||
                 !(some ? keep_nearer(sight, object, b, met.t, met.triangle, out)
                        : keep_first(object, met.t, out)))
                 continue;
             take_triangles(&met, object, out);
         } else {
-            SHD_VARIANT(shd_find_shape)(it, b, &b->work[!held], t);
+            if (glance->is_ball)
+                SHD_VARIANT(shd_find_ball)(&glance->ball, b, t);
+            else
+                SHD_VARIANT(shd_find_shape)(it, b, &b->work[!held], t);
             if (!(some ? keep_nearer(sight, object, b, t, NULL, out) : keep_first(object, t, out)))
                 continue;
             held = !held;
@@ -203,11 +207,10 @@ static void bound_sectors(const shd_batch *b, bool framed, outlook *look) {
 }
 
 /* The sectors that may see an object. */
-static unsigned sectors_reached(const outlook *look, const shd_item *it) {
-    const shd_vd left = shd_vd_set((double)it->frame.left),
-                 right = shd_vd_set((double)it->frame.right),
-                 top = shd_vd_set((double)it->frame.top),
-                 bottom = shd_vd_set((double)it->frame.bottom), nearest = shd_vd_set(it->nearest);
+static unsigned sectors_reached(const outlook *look, const shd_glance *g) {
+    const shd_vd left = shd_vd_set((double)g->frame.left),
+                 right = shd_vd_set((double)g->frame.right), top = shd_vd_set((double)g->frame.top),
+                 bottom = shd_vd_set((double)g->frame.bottom), nearest = shd_vd_set(g->nearest);
     unsigned beside = 0;
     for (int v = 0; v < SHD_SECTORS; v += SHD_W / 2) { /* not-a-number reaches anywhere */
         const shd_md across = shd_md_or(shd_vd_gt(shd_vd_load(look->left + v), right),
@@ -273,13 +276,14 @@ static int find_many(const shd_sight *sight, const shd_targets *targets, shd_bat
     bound_sectors(b, targets->surveyed, &look);
     for (size_t k = 0; k < targets->count && !is_late(sight, k); k++) {
         const shd_item *it = &sight->items[targets->objects[k]];
+        const shd_glance *glance = &sight->glances[targets->objects[k]];
         const double object = targets->objects[k];
-        if (targets->surveyed && it->nearest > look.farthest) break;
-        const unsigned sectors = sectors_reached(&look, it);
+        if (targets->surveyed && glance->nearest > look.farthest) break;
+        const unsigned sectors = sectors_reached(&look, glance);
         if (!sectors) continue;
         unsigned kept = 0;
-        if (it->ball) {
-            SHD_VARIANT(shd_find_ball_in)(it, b, sectors, t);
+        if (glance->is_ball) {
+            SHD_VARIANT(shd_find_ball_in)(&glance->ball, b, sectors, t);
             kept = keep_in_sectors(sight, object, b, t, NULL, sectors, out);
         } else if (it->shape != SHD_MESH) {
             SHD_VARIANT(shd_find_shape)(it, b, &b->work[!held], t);
@@ -301,9 +305,9 @@ static int find_many(const shd_sight *sight, const shd_targets *targets, shd_bat
 static bool are_aside(const shd_sight *sight, const shd_targets *targets) {
     enum { FEW = 12, SOME = 2, LOW = 6 /* pixels */ };
     if (targets->count <= SOME) return false;
-    const shd_item *first = &sight->items[targets->objects[0]];
+    const shd_glance *first = &sight->glances[targets->objects[0]];
     return targets->count > FEW ||
-           (targets->surveyed && first->ball && first->frame.bottom - first->frame.top < LOW);
+           (targets->surveyed && first->is_ball && first->frame.bottom - first->frame.top < LOW);
 }
 
 int SHD_VARIANT(shd_find_nearest)(const shd_sight *sight, const shd_targets *targets, shd_batch *b,
