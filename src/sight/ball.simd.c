@@ -1,88 +1,30 @@
-/* Balls: spheres that stay spheres, in units of their radius. Compiled once an instruction set. */
+/* What is seen of balls. Compiled once an instruction set. */
 #include <assert.h>
 
-#include "sight/batch.h"
-
-/* Where a ray meets a ball. */
-typedef struct ball_hit {
-    double t;    /* in radii; infinity: missed */
-    double side; /* minus or plus half the chord: from the foot, where the ray is nearest */
-    shd_vec3 at;
-} ball_hit;
-
-/* The discriminant is made from the distance of the line to the center, so that nothing cancels
- * (Haines et al., "Precision Improvements for Ray/Sphere Intersection", Ray Tracing Gems, chapter
- * 7). From far away, a second step takes out the foot's rounding errors along the ray. */
-SHD_INLINE ball_hit meet_ball(shd_vec3 origin, shd_vec3 ray, bool far) {
-    double along = shd_dot(origin, ray);
-    shd_vec3 foot = shd_sub(origin, shd_scale(ray, along));
-    if (far) {
-        double more = shd_dot(foot, ray);
-        foot = shd_sub(foot, shd_scale(ray, more));
-        along += more;
-    }
-    double inside = 1 - shd_dot(foot, foot);
-    double half = sqrt(inside);
-    double side = -along - half > SHD_BLIND ? -half : half;
-    double t = side - along;
-    t = t > SHD_BLIND ? t : INFINITY;
-    return (ball_hit){inside >= 0 ? t : INFINITY, side, shd_madd(foot, ray, side)};
-}
-
-/* Calls a function that is compiled for each kind of camera and distance. */
-#define CALL_FOR(b, far, function, ...)                                                            \
-    if ((b)->orthographic)                                                                         \
-        function(__VA_ARGS__, true, true);                                                         \
-    else if (far)                                                                                  \
-        function(__VA_ARGS__, false, true);                                                        \
-    else                                                                                           \
-        function(__VA_ARGS__, false, false)
-
-SHD_INLINE ball_hit meet_lane(const shd_seen_ball *own, const shd_batch *b, int i,
-                              bool orthographic, bool far) {
-    shd_vec3 origin = own->eye;
-    if (orthographic) origin = shd_madd(origin, shd_lane(b->start, i), 1 / own->size);
-    return meet_ball(origin, shd_lane(b->direction, i), far);
-}
+#include "sight/ball_simd.h"
 
 SHD_INLINE void find_ball(const shd_seen_ball *ball, const shd_batch *restrict b,
                           double *restrict t, bool orthographic, bool far) {
     const shd_seen_ball own = *ball;
-    SHD_EACH_LANE(i) t[i] = meet_lane(&own, b, i, orthographic, far).t * own.size;
+    SHD_EACH_LANE(i) t[i] = shd_meet_lane(&own, b, i, orthographic, far).t * own.size;
 }
 
 void SHD_VARIANT(shd_find_ball)(const shd_seen_ball *ball, const shd_batch *b, double *t) {
-    CALL_FOR(b, ball->far, find_ball, ball, b, t);
-}
-
-/* In some sectors. */
-SHD_INLINE void find_ball_in(const shd_seen_ball *ball, const shd_batch *restrict b,
-                             unsigned sectors, double *restrict t, bool orthographic, bool far) {
-    const shd_seen_ball own = *ball;
-    for (; sectors; sectors &= sectors - 1) {
-        const int first = 8 * __builtin_ctz(sectors);
-        for (int i = first; i < first + 8; i++)
-            t[i] = meet_lane(&own, b, i, orthographic, far).t * own.size;
-    }
-}
-
-void SHD_VARIANT(shd_find_ball_in)(const shd_seen_ball *ball, const shd_batch *b, unsigned sectors,
-                                   double *t) {
-    CALL_FOR(b, ball->far, find_ball_in, ball, b, sectors, t);
+    SHD_FOR_BALL(b, ball->far, find_ball, ball, b, t);
 }
 
 SHD_INLINE void place_ball(const shd_seen_ball *ball, const shd_batch *restrict b,
                            shd_surfaces *restrict out, bool orthographic, bool far) {
     const shd_seen_ball own = *ball;
     SHD_EACH_LANE(i) {
-        const ball_hit hit = meet_lane(&own, b, i, orthographic, far);
+        const shd_ball_hit hit = shd_meet_lane(&own, b, i, orthographic, far);
         shd_set_lane(out->point, i, hit.at);
         shd_set_lane(out->normal, i, hit.at);
     }
 }
 
 void SHD_VARIANT(shd_place_ball)(const shd_seen_ball *ball, const shd_batch *b, shd_surfaces *out) {
-    CALL_FOR(b, ball->far, place_ball, ball, b, out);
+    SHD_FOR_BALL(b, ball->far, place_ball, ball, b, out);
 }
 
 /* All at once, for tiers in f32 that want no more. */
@@ -91,7 +33,7 @@ SHD_INLINE void show_ball(const shd_seen_ball *ball, const shd_batch *restrict b
                           bool far) {
     const shd_seen_ball own = *ball;
     SHD_EACH_LANE(i) {
-        const ball_hit hit = meet_lane(&own, b, i, orthographic, far);
+        const shd_ball_hit hit = shd_meet_lane(&own, b, i, orthographic, far);
         t[i] = hit.t * own.size;
         shd_set_lane32(out->position32, i, shd_madd(own.center, hit.at, own.scale));
         shd_set_lane32(out->normal32, i, shd_scale(hit.at, hit.side < 0 ? 1 : own.turned));
@@ -109,7 +51,7 @@ SHD_INLINE void show_ball_in(const shd_seen_ball *ball, const shd_batch *restric
     for (; sectors; sectors &= sectors - 1) {
         const int first = 8 * __builtin_ctz(sectors);
         for (int i = first; i < first + 8; i++) {
-            const ball_hit hit = meet_lane(&own, b, i, orthographic, far);
+            const shd_ball_hit hit = shd_meet_lane(&own, b, i, orthographic, far);
             shd_set_lane32(out->position32, i, shd_madd(own.center, hit.at, own.scale));
             shd_set_lane32(out->normal32, i, shd_scale(hit.at, hit.side < 0 ? 1 : own.turned));
             shd_set_lane32(out->mirror32, i,
@@ -120,12 +62,12 @@ SHD_INLINE void show_ball_in(const shd_seen_ball *ball, const shd_batch *restric
 
 void SHD_VARIANT(shd_show_ball_in)(const shd_seen_ball *ball, const shd_batch *b, unsigned sectors,
                                    shd_stage *out) {
-    CALL_FOR(b, ball->far, show_ball_in, ball, b, sectors, out);
+    SHD_FOR_BALL(b, ball->far, show_ball_in, ball, b, sectors, out);
 }
 
 void SHD_VARIANT(shd_show_ball)(const shd_seen_ball *ball, const shd_batch *b, double *t,
                                 shd_stage *out) {
-    CALL_FOR(b, ball->far, show_ball, ball, b, t, out);
+    SHD_FOR_BALL(b, ball->far, show_ball, ball, b, t, out);
 }
 
 /* ---- Several balls, each in the lanes that hit it. ---- */
@@ -187,7 +129,7 @@ SHD_INLINE void show_packed(packed_balls *restrict p, int count, bool orthograph
     for (int from = 0; from < count; from += 8)
         for (int i = from; i < from + 8; i++) {
             const shd_vec3 ray = shd_lane(p->direction, i);
-            const ball_hit hit = meet_ball(shd_lane(p->origin, i), ray, far);
+            const shd_ball_hit hit = shd_meet_ball(shd_lane(p->origin, i), ray, far);
             shd_set_lane32(p->position32, i, shd_madd(shd_lane(p->center, i), hit.at, p->scale[i]));
             shd_set_lane32(p->normal32, i, shd_scale(hit.at, hit.side < 0 ? 1 : p->turned[i]));
             shd_set_lane32(p->mirror32, i, shd_madd(ray, hit.at, -2 * hit.side));
@@ -216,7 +158,7 @@ bool SHD_VARIANT(shd_append_balls)(const shd_sight *sight, const shd_batch *b,
     if (is_one_object(object, lanes) || !pack_lanes(sight->glances, b, object, lanes, first, &p))
         return false;
     const int sectors = (int)(hits + 7) / 8;
-    CALL_FOR(b, sight->glances[p.object[0]].ball.far, show_packed, &p, 8 * sectors);
+    SHD_FOR_BALL(b, sight->glances[p.object[0]].ball.far, show_packed, &p, 8 * sectors);
     append_packed(out->shot, p.shot, at, hits, room);
     append_packed(out->object, p.object, at, hits, room);
     for (int c = 0; c < 3; c++) {

@@ -96,9 +96,7 @@ void SHD_VARIANT(shd_find_ball)(const shd_seen_ball *own, const shd_batch *b, do
 void SHD_VARIANT(shd_place_ball)(const shd_seen_ball *own, const shd_batch *b, shd_surfaces *out);
 void SHD_VARIANT(shd_show_ball)(const shd_seen_ball *own, const shd_batch *b, double *t,
                                 shd_stage *out);
-/* In some sectors: t; what tiers in f32 want but t. */
-void SHD_VARIANT(shd_find_ball_in)(const shd_seen_ball *own, const shd_batch *b, unsigned sectors,
-                                   double *t);
+/* In some sectors: what tiers in f32 want but t. */
 void SHD_VARIANT(shd_show_ball_in)(const shd_seen_ball *own, const shd_batch *b, unsigned sectors,
                                    shd_stage *out);
 /* Appends the hits of a stage, as shd_append_hits does, where these are balls of which tiers in f32

@@ -31,9 +31,8 @@ void shd_hits_lay_out(const shd_plan *plan, size_t capacity, shd_scratch *memory
     const bool data = wants[SHD_LAYER_NORMAL] || wants[SHD_LAYER_POSITION] ||
                       wants[SHD_LAYER_DEPTH] || wants[SHD_LAYER_OBJECT];
     /* These ask for meshes' triangles, too. */
-    bool faceted = shd_is_traced(plan->scene) || plan->charted || plan->bent_meshes;
-    for (size_t i = 0; i < plan->scene->object_count; i++)
-        faceted = faceted || plan->scene->objects[i].interpolation != SHD_PHONG;
+    const bool faceted =
+        shd_is_traced(plan->scene) || plan->charted || plan->bent_meshes || plan->faceted;
     *out = (shd_hits){.capacity = (capacity + GROUP - 1) / GROUP * GROUP};
 #define TAKE(array, wanted)                                                                        \
     if (wanted) out->array = shd_scratch_take(memory, out->capacity, sizeof *out->array)

@@ -67,10 +67,11 @@ typedef struct shd_item {
     double widest,
         longest;      /* how much from_world and to_world lengthen: of ellipsoids, for drafts */
     shd_vec3 forward; /* the rays' direction there, in an orthographic camera */
-    shd_triangles triangles; /* of SHD_MESH */
+    const shd_facets *facets; /* NULL: it has none */
+    /* Of SHD_MESH; of what is none, not even cleared. */
+    shd_triangles triangles;
     shd_mesh_view view;
     const double *units; /* [vertex_count][3]: these normals, unit */
-    const shd_facets *facets;
 } shd_item;
 
 /* Where in the picture an object may be seen, in the camera's frame (x right, y up, z forward), by

@@ -4,7 +4,7 @@
  * each is cast at by those sectors, of 8 lanes each, that pass through the rectangle of
  * pixels in which it may be seen, and have not met something before it in every lane. A lane's
  * result is the same in either way. */
-#include "sight/batch.h"
+#include "sight/ball_simd.h"
 #include "sight/tie.h"
 
 /* For hits that differ by no more than this, relative, it is asked how far rounding moved them. */
@@ -223,13 +223,26 @@ static unsigned sectors_reached(const outlook *look, const shd_glance *g) {
     return ~beside & ((1u << SHD_SECTORS) - 1);
 }
 
+/* Whether some lane of a sector has met nothing. */
+SHD_INLINE bool sees_past(const shd_stage *best, int sector) {
+    const shd_vd missed = shd_vd_set(INFINITY);
+    unsigned met = ~0u;
+    for (int i = 8 * sector; i < 8 * sector + 8; i += SHD_W / 2)
+        met &= shd_md_bits(shd_vd_gt(missed, shd_vd_load(best->t + i)));
+    return (met & ((1u << SHD_W / 2) - 1)) != (1u << SHD_W / 2) - 1;
+}
+
 /* Sets the limits of sectors in which something was met nearer. */
 static void limit_sectors(const shd_batch *b, const shd_stage *best, unsigned sectors,
                           outlook *look) {
+    bool some = false;
     for (; sectors; sectors &= sectors - 1) {
         const int v = __builtin_ctz(sectors);
+        if (sees_past(best, v)) continue;
         look->limit[v] = farthest_of(best->t, b->cosine, 8 * v, 8 * v + 8) * (1 + 2 * CLOSE);
+        some = true;
     }
+    if (!some) return;
     look->farthest = look->limit[0];
     for (int v = 1; v < SHD_SECTORS; v++)
         look->farthest = shd_larger(look->farthest, look->limit[v]);
@@ -266,6 +279,40 @@ static unsigned keep_in_sectors(const shd_sight *sight, double object, shd_batch
     return kept;
 }
 
+/* Casts at a ball and takes what is nearer, sector by sector. Returns the sectors in which any lane
+ * was. Nothing is taken in those in which hits are close: they are added to `close`, and t is set
+ * there. */
+SHD_INLINE unsigned meet_in_sectors(const shd_seen_ball *ball, double object, const shd_batch *b,
+                                    unsigned sectors, double *restrict t, unsigned *close,
+                                    shd_stage *restrict best, bool orthographic, bool far) {
+    const shd_seen_ball own = *ball;
+    const shd_vd mine = shd_vd_set(object);
+    unsigned kept = 0;
+    for (; sectors; sectors &= sectors - 1) {
+        const int v = __builtin_ctz(sectors), first = 8 * v;
+        unsigned near = 0, any = 0;
+        for (int i = first; i < first + 8; i++)
+            t[i] = shd_meet_lane(&own, b, i, orthographic, far).t * own.size;
+        for (int i = first; i < first + 8; i += SHD_W / 2)
+            near |= shd_md_bits(close_in(t, best, i));
+        if (near) {
+            *close |= 1u << v;
+            continue;
+        }
+        for (int i = first; i < first + 8; i += SHD_W / 2) any |= keep_vector(mine, t, i, best);
+        kept |= (unsigned)(any != 0) << v;
+    }
+    return kept;
+}
+
+static unsigned find_ball_in(const shd_sight *sight, uint32_t object, shd_batch *b,
+                             unsigned sectors, double *t, shd_stage *out) {
+    const shd_seen_ball *ball = &sight->glances[object].ball;
+    unsigned close = 0, kept = 0;
+    SHD_FOR_BALL(b, ball->far, kept = meet_in_sectors, ball, object, b, sectors, t, &close, out);
+    return close ? kept | keep_in_sectors(sight, object, b, t, NULL, close, out) : kept;
+}
+
 /* As shd_find_nearest, which has cleared `out`. */
 static int find_many(const shd_sight *sight, const shd_targets *targets, shd_batch *b,
                      shd_stage *out, int *holder) {
@@ -283,8 +330,7 @@ static int find_many(const shd_sight *sight, const shd_targets *targets, shd_bat
         if (!sectors) continue;
         unsigned kept = 0;
         if (glance->is_ball) {
-            SHD_VARIANT(shd_find_ball_in)(&glance->ball, b, sectors, t);
-            kept = keep_in_sectors(sight, object, b, t, NULL, sectors, out);
+            kept = find_ball_in(sight, targets->objects[k], b, sectors, t, out);
         } else if (it->shape != SHD_MESH) {
             SHD_VARIANT(shd_find_shape)(it, b, &b->work[!held], t);
             kept = keep_in_sectors(sight, object, b, t, NULL, sectors, out);

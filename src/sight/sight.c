@@ -1,6 +1,8 @@
 #include "sight/sight.h"
 
+#include <stddef.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "sight/item.h"
 #include "sight/tree.h"
@@ -115,7 +117,7 @@ static bool make_facets(const shd_sight *sight, bool flat, shd_arena *arena, shd
 }
 
 const shd_facets *shd_sight_facets(const shd_sight *sight, size_t object) {
-    return sight->items[object].facets;
+    return sight->glances[object].is_ball ? NULL : sight->items[object].facets;
 }
 
 void shd_sight_corners(const shd_sight *sight, size_t object, size_t triangle, shd_vec3 out[3]) {
@@ -232,12 +234,14 @@ static shd_status make_item(shd_sight *sight, size_t index, shd_arena *arena, sh
     const shd_plan *plan = sight->plan;
     const shd_object *object = &plan->scene->objects[index];
     shd_item *it = &sight->items[index];
-    *it = (shd_item){.shape = object->shape,
-                     .tube = object->tube / object->radius,
-                     .front_only = plan->materials[object->material].front_only};
+    memset(it, 0, offsetof(shd_item, triangles));
+    it->shape = object->shape;
+    it->tube = object->tube / object->radius;
+    it->front_only = plan->materials[object->material].front_only;
     bool faceted = object->interpolation != SHD_PHONG;
     sight->glances[index].is_ball = false;
     if (make_ball(plan, object, it, &sight->glances[index])) return SHD_OK;
+    memset(&it->triangles, 0, sizeof *it - offsetof(shd_item, triangles));
     if (!shd_object_frame(object, &it->to_world, &it->from_world))
         return fail_object(error, SHD_INTERNAL, index,
                            "this object's size and transform are singular");
