@@ -136,15 +136,18 @@ SHD_INLINE void show_packed(packed_balls *restrict p, int count, bool orthograph
         }
 }
 
-/* Appends an array: of whole sectors, if there is room for them. */
+/* Appends an array: in whole vectors, if there is room for them. */
 SHD_INLINE void append_packed(void *to, const void *from, size_t at, size_t count, size_t room) {
     char *out = (char *)to + 4 * at;
-    const size_t sectors = (count + 7) / 8;
-    if (8 * sectors > room) {
+    if (count + SHD_W > room) {
         memcpy(out, from, 4 * count);
         return;
     }
-    for (size_t s = 0; s < sectors; s++) memcpy(out + 32 * s, (const char *)from + 32 * s, 32);
+    for (size_t i = 0; i < count; i += SHD_W) {
+        shd_vf some;
+        memcpy(&some, (const char *)from + 4 * i, sizeof some);
+        memcpy(out + 4 * i, &some, sizeof some);
+    }
 }
 
 bool SHD_VARIANT(shd_append_balls)(const shd_sight *sight, const shd_batch *b,

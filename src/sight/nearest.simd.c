@@ -223,29 +223,14 @@ static unsigned sectors_reached(const outlook *look, const shd_glance *g) {
     return ~beside & ((1u << SHD_SECTORS) - 1);
 }
 
-/* Whether some lane of a sector has met nothing. */
-SHD_INLINE bool sees_past(const shd_stage *best, int sector) {
-    const shd_vd missed = shd_vd_set(INFINITY);
-    unsigned met = ~0u;
-    for (int i = 8 * sector; i < 8 * sector + 8; i += SHD_W / 2)
-        met &= shd_md_bits(shd_vd_gt(missed, shd_vd_load(best->t + i)));
-    return (met & ((1u << SHD_W / 2) - 1)) != (1u << SHD_W / 2) - 1;
-}
-
-/* Sets the limits of sectors in which something was met nearer. */
-static void limit_sectors(const shd_batch *b, const shd_stage *best, unsigned sectors,
-                          outlook *look) {
-    bool some = false;
-    for (; sectors; sectors &= sectors - 1) {
-        const int v = __builtin_ctz(sectors);
-        if (sees_past(best, v)) continue;
+/* Sets the limits of all sectors: without branches, which would wait for what was met last. */
+static void limit_sectors(const shd_batch *b, const shd_stage *best, outlook *look) {
+    double farthest = 0;
+    for (int v = 0; v < SHD_SECTORS; v++) {
         look->limit[v] = farthest_of(best->t, b->cosine, 8 * v, 8 * v + 8) * (1 + 2 * CLOSE);
-        some = true;
+        farthest = shd_larger(farthest, look->limit[v]);
     }
-    if (!some) return;
-    look->farthest = look->limit[0];
-    for (int v = 1; v < SHD_SECTORS; v++)
-        look->farthest = shd_larger(look->farthest, look->limit[v]);
+    look->farthest = farthest;
 }
 
 /* Whether two hits are close in any lane of the sectors. */
@@ -279,70 +264,71 @@ static unsigned keep_in_sectors(const shd_sight *sight, double object, shd_batch
     return kept;
 }
 
-/* Casts at a ball and takes what is nearer, sector by sector. Returns the sectors in which any lane
- * was. Nothing is taken in those in which hits are close: they are added to `close`, and t is set
- * there. */
+/* Casts at a ball and takes what is nearer, sector by sector. Nothing is taken in those in which
+ * hits are close, which are returned; t is set there. */
 SHD_INLINE unsigned meet_in_sectors(const shd_seen_ball *ball, double object, const shd_batch *b,
-                                    unsigned sectors, double *restrict t, unsigned *close,
-                                    shd_stage *restrict best, bool orthographic, bool far) {
+                                    unsigned sectors, double *restrict t, shd_stage *restrict best,
+                                    bool orthographic, bool far) {
     const shd_seen_ball own = *ball;
     const shd_vd mine = shd_vd_set(object);
-    unsigned kept = 0;
+    unsigned close = 0;
     for (; sectors; sectors &= sectors - 1) {
         const int v = __builtin_ctz(sectors), first = 8 * v;
-        unsigned near = 0, any = 0;
+        unsigned near = 0;
         for (int i = first; i < first + 8; i++)
             t[i] = shd_meet_lane(&own, b, i, orthographic, far).t * own.size;
         for (int i = first; i < first + 8; i += SHD_W / 2)
             near |= shd_md_bits(close_in(t, best, i));
-        if (near) {
-            *close |= 1u << v;
-            continue;
-        }
-        for (int i = first; i < first + 8; i += SHD_W / 2) any |= keep_vector(mine, t, i, best);
-        kept |= (unsigned)(any != 0) << v;
+        if (near)
+            close |= 1u << v;
+        else
+            for (int i = first; i < first + 8; i += SHD_W / 2) (void)keep_vector(mine, t, i, best);
     }
-    return kept;
+    return close;
 }
 
-static unsigned find_ball_in(const shd_sight *sight, uint32_t object, shd_batch *b,
-                             unsigned sectors, double *t, shd_stage *out) {
+static void find_ball_in(const shd_sight *sight, uint32_t object, shd_batch *b, unsigned sectors,
+                         double *t, shd_stage *out) {
     const shd_seen_ball *ball = &sight->glances[object].ball;
-    unsigned close = 0, kept = 0;
-    SHD_FOR_BALL(b, ball->far, kept = meet_in_sectors, ball, object, b, sectors, t, &close, out);
-    return close ? kept | keep_in_sectors(sight, object, b, t, NULL, close, out) : kept;
+    unsigned close = 0;
+    SHD_FOR_BALL(b, ball->far, close = meet_in_sectors, ball, object, b, sectors, t, out);
+    if (close) (void)keep_in_sectors(sight, object, b, t, NULL, close, out);
 }
 
 /* As shd_find_nearest, which has cleared `out`. */
 static int find_many(const shd_sight *sight, const shd_targets *targets, shd_batch *b,
                      shd_stage *out, int *holder) {
+    enum { OFTEN = 4 }; /* balls that are cast at before limits are worth their while */
     SHD_ALIGNED double t[SHD_RAYS];
     shd_mesh_hits met;
     outlook look;
-    int held = 0;
+    int held = 0, unlimited = 0;
     bound_sectors(b, targets->surveyed, &look);
     for (size_t k = 0; k < targets->count && !is_late(sight, k); k++) {
         const shd_item *it = &sight->items[targets->objects[k]];
         const shd_glance *glance = &sight->glances[targets->objects[k]];
         const double object = targets->objects[k];
+        if (unlimited >= (glance->is_ball ? OFTEN : 1)) {
+            limit_sectors(b, out, &look);
+            unlimited = 0;
+        }
         if (targets->surveyed && glance->nearest > look.farthest) break;
         const unsigned sectors = sectors_reached(&look, glance);
         if (!sectors) continue;
-        unsigned kept = 0;
         if (glance->is_ball) {
-            kept = find_ball_in(sight, targets->objects[k], b, sectors, t, out);
+            find_ball_in(sight, targets->objects[k], b, sectors, t, out);
+            unlimited++;
         } else if (it->shape != SHD_MESH) {
             SHD_VARIANT(shd_find_shape)(it, b, &b->work[!held], t);
-            kept = keep_in_sectors(sight, object, b, t, NULL, sectors, out);
-            if (kept) {
-                held = !held;
-                *holder = (int)targets->objects[k];
-            }
+            if (!keep_in_sectors(sight, object, b, t, NULL, sectors, out)) continue;
+            unlimited = OFTEN;
+            held = !held;
+            *holder = (int)targets->objects[k];
         } else if (SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, look.farthest, &met)) {
-            kept = keep_in_sectors(sight, object, b, met.t, met.triangle, sectors, out);
-            if (kept) take_triangles(&met, object, out);
+            if (!keep_in_sectors(sight, object, b, met.t, met.triangle, sectors, out)) continue;
+            unlimited = OFTEN;
+            take_triangles(&met, object, out);
         }
-        if (kept) limit_sectors(b, out, kept, &look);
     }
     return held;
 }
