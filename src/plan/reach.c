@@ -260,6 +260,7 @@ bool shd_plan_reach(shd_plan *plan, const shd_plan_light *given, size_t count, u
         shd_plan_object *object = &r.objects[i];
         object->bounded = shd_object_bounds(&scene->objects[i], &object->center, &object->radius);
         object->material = first[scene->objects[i].material];
+        plan->faceted |= scene->objects[i].interpolation != SHD_PHONG;
     }
     if (!find_lists(&r, arena) || !keep_used(&r, arena)) return false;
     plan->objects = r.objects;
