@@ -135,6 +135,29 @@ def crowds_on_budget(count):
     return crowds(count, accuracy={"maxError": 0.5})
 
 
+def mixed(count, **more):
+    """The same of any color, spots and directional lights among them, and meshes among spheres."""
+    draw = random.Random(SEED)
+    document = crowds(count, **more)
+    for i, light in enumerate(document["lights"]):
+        light["color"] = rounded(draw.random() for _ in range(3))
+        aim = rounded(draw.uniform(-1, 1) for _ in range(3))
+        if i % 3 == 1:
+            light.update(type="spot", direction=aim, angle=round(draw.uniform(10, 60), 3), penumbra=0.2)
+        elif i % 10 == 2:
+            light.clear()
+            light.update(type="directional", direction=aim, intensity=0.2 / count)
+    for ball in document["objects"][::4]:
+        del ball["radius"]
+        ball.update(type="mesh", positions=[0, 0, 0, 0.03, 0, 0, 0, 0.03, 0, 0, 0, 0.03],
+                    indices=[0, 1, 2, 0, 2, 3, 0, 3, 1, 1, 3, 2])
+    return document
+
+
+def mixed_on_budget(count):
+    return mixed(count, accuracy={"maxError": 0.5})
+
+
 def plain(samples=1):
     """A sphere, and nothing said of it."""
     return {"objects": [{"type": "sphere", "radius": "RADIUS"}],
@@ -151,8 +174,10 @@ ROWS = (
     ("10,000 spheres: 512x512 with 1 sample, 64x64 with 64", pictures, (1, 64), None, None),
     ("lamps and as many spheres", crowds, (100, 1000, 10000), None, None),
     ("the same with a budget", crowds_on_budget, (100, 1000, 10000), None, None),
+    ("lamps of all kinds and colors, spheres and meshes", mixed, (100, 1000, 10000), None, None),
+    ("those with a budget", mixed_on_budget, (100, 1000, 10000), None, None),
 )
-PLANNED = (crowds, crowds_on_budget)  # and not counted by valgrind: minutes of light
+PLANNED = (crowds, crowds_on_budget, mixed, mixed_on_budget)  # and not counted by valgrind: minutes of light
 MOST_PLANNING = 300  # milliseconds, of the largest of these
 
 

@@ -1,4 +1,5 @@
-/* Bounds by clusters of lights, against those of each pair of a light and an object. */
+/* Bounds by clusters of lights, against those of each pair of a light and an object; and planes of
+ * faces that lights are in. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -197,6 +198,62 @@ static void every_light_is_in_a_cut_once_and_no_nearer_than_it_says(void **state
     shd_request_drop(request);
 }
 
+/* Boxes whose faces are between whole numbers, and lights there, or as good as there, or not. */
+static shd_request *read_boxes(shd_engine *engine, int boxes, int lights) {
+    uint64_t random = 23;
+    char *json = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&json, &size);
+    fprintf(out, "{\"lights\": [");
+    for (int j = 0; j < lights; j++) {
+        double at[3];
+        for (int c = 0; c < 3; c++)
+            at[c] = 0.5 + floor(uniform(&random, -8, 8)) +
+                    (c == j % 4   ? 0
+                     : j % 3 == 0 ? 1e-6
+                                  : uniform(&random, 0.1, 0.4));
+        fprintf(out, "%s{\"type\": \"%s\": [%.17g, %.17g, %.17g]}", j ? ", " : "",
+                j % 5 ? "point\", \"position" : "directional\", \"direction", at[0], at[1],
+                j % 5 ? at[2] : 0);
+    }
+    fprintf(out, "], \"objects\": [");
+    for (int i = 0; i < boxes; i++)
+        fprintf(out, "%s{\"type\": \"box\", \"transform\": {\"translate\": [%g, %g, %g]}}",
+                i ? ", " : "", floor(uniform(&random, -8, 8)), floor(uniform(&random, -8, 8)),
+                floor(uniform(&random, -8, 8)));
+    fprintf(out, "]}");
+    fclose(out);
+    shd_request *request;
+    assert_int_equal(shd_request_new(engine, &request, NULL), SHD_OK);
+    if (shd_request_read(request, json, size, SHD_PNG))
+        fail_msg("%s", shd_request_report(request)->errors[0].detail);
+    free(json);
+    return request;
+}
+
+static void planes_of_faces_are_found_among_many_lights_as_for_one(void **state) {
+    enum { BOXES = 20, MANY = 150 };
+    shd_request *request = read_boxes(*state, BOXES, MANY);
+    shd_arena *arena = request->rendering.arena;
+    const shd_plan *plan, *one;
+    size_t planes = 0;
+    assert_true(shd_plan_draft(request->scene, SHD_PORTABLE, true, NULL, arena, &plan));
+    assert_int_equal(plan->light_count, MANY);
+    for (size_t j = 0; j < MANY; j++) {
+        shd_scene scene = *request->scene;
+        scene.lights += j;
+        scene.light_count = 1;
+        assert_true(shd_plan_draft(&scene, SHD_PORTABLE, true, NULL, arena, &one));
+        const shd_sheets *found = &plan->sheets[j], *wanted = &one->sheets[0];
+        assert_int_equal(found->count, wanted->count);
+        for (size_t k = 0; k < found->count; k++)
+            assert_memory_equal(&found->list[k], &wanted->list[k], sizeof *found->list);
+        planes += found->count;
+    }
+    assert_true(planes > 2 * MANY);
+    shd_request_drop(request);
+}
+
 static int start(void **state) {
     shd_engine_options options = shd_engine_defaults();
     shd_engine *engine;
@@ -215,6 +272,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bounds_by_clusters_are_no_less_than_those_by_pairs),
         cmocka_unit_test(every_light_is_in_a_cut_once_and_no_nearer_than_it_says),
+        cmocka_unit_test(planes_of_faces_are_found_among_many_lights_as_for_one),
     };
     return cmocka_run_group_tests(tests, start, stop);
 }
