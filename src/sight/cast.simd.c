@@ -294,7 +294,7 @@ size_t SHD_VARIANT(shd_shoot)(const shd_sight *sight, const shd_targets *targets
                               const shd_shots *shots, size_t first, shd_hits *out) {
     wants want = {out->position32[0], out->low32[0], out->world32[0], out->depth, false};
     if (!targets->count) return shots->count;
-    want.balls = shows_balls_quickly(want) && !want.depth && !out->triangle;
+    want.balls = sight->has_balls && shows_balls_quickly(want) && !want.depth && !out->triangle;
     for (; first < shots->count; first += SHD_RAYS) {
         if (shd_is_cancelled(sight->cancelled)) break;
         if (!cast_batch(sight, targets, shots, first, want, out)) return first;

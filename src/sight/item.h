@@ -128,6 +128,7 @@ struct shd_sight {
     shd_glance *glances; /* the same */
     size_t count;
     bool has_built;       /* a tree */
+    bool has_balls;       /* some item is one */
     size_t seen_vertices; /* of all views that are whole */
     uint32_t *order;      /* [count]: roughly nearer ones first */
     shd_frames frames;    /* [count]: in that order; not set if there are cells */

@@ -240,7 +240,10 @@ static shd_status make_item(shd_sight *sight, size_t index, shd_arena *arena, sh
     it->front_only = plan->materials[object->material].front_only;
     bool faceted = object->interpolation != SHD_PHONG;
     sight->glances[index].is_ball = false;
-    if (make_ball(plan, object, it, &sight->glances[index])) return SHD_OK;
+    if (make_ball(plan, object, it, &sight->glances[index])) {
+        sight->has_balls = true;
+        return SHD_OK;
+    }
     memset(&it->triangles, 0, sizeof *it - offsetof(shd_item, triangles));
     if (!shd_object_frame(object, &it->to_world, &it->from_world))
         return fail_object(error, SHD_INTERNAL, index,
