@@ -25,7 +25,7 @@ double shd_fit_variance(const shd_fitting *f, double rest, size_t errors, double
     const double found = rest / freedom, reach = reach_of_few(freedom),
                  wide = found * reach * reach;
     if (f->rows->relative) return wide;
-    return found < 0.5 ? all : fmax(wide, 1);
+    return fmax(wide, 1);
 }
 
 static int look_alike(const shd_products *p, int term) {
@@ -139,20 +139,23 @@ static spread spread_errors(const shd_candidate *best, const slope slopes[3],
 }
 
 static void tell_errors(const shd_candidate *best, const spread *s, const double variance[3],
-                        bool uses[3][SHD_COLUMNS], shd_phong_fit *out) {
+                        const shd_plateaus *more, bool uses[3][SHD_COLUMNS], shd_phong_fit *out) {
     const double by = exp(best->at); /* dn/du = 1 + n */
+    const double of_u = s->variance + more->exponent;
     for (int c = 0; c < 3; c++) {
         double(*v)[SHD_FIT_TERMS] = out->channels[c].covariance;
-        const double *follow = s->follow[c];
+        const double *follow = s->follow[c], *cross = more->cross[c];
         for (int i = 0; i < SHD_COLUMNS; i++) {
             for (int j = 0; j < SHD_COLUMNS; j++)
-                v[i][j] = variance[c] * s->inverse[c][i][j] + follow[i] * follow[j] * s->variance;
-            v[i][SHD_FIT_SHININESS] = v[SHD_FIT_SHININESS][i] = follow[i] * s->variance * by;
+                v[i][j] = variance[c] * s->inverse[c][i][j] + more->own[c][i][j] +
+                          cross[i] * follow[j] + follow[i] * cross[j] +
+                          follow[i] * follow[j] * of_u;
+            v[i][SHD_FIT_SHININESS] = v[SHD_FIT_SHININESS][i] = (cross[i] + follow[i] * of_u) * by;
             out->channels[c].deviation[i] = uses[c][i] ? sqrt(v[i][i]) : INFINITY;
         }
-        v[SHD_FIT_SHININESS][SHD_FIT_SHININESS] = s->variance * by * by;
+        v[SHD_FIT_SHININESS][SHD_FIT_SHININESS] = of_u * by * by;
     }
-    out->deviation = s->variance > 0 ? sqrt(s->variance) * by : INFINITY;
+    out->deviation = s->variance > 0 ? sqrt(of_u) * by : INFINITY;
 }
 
 /* One step of Gauss and Newton's method, from where the search has come so near that sums of
@@ -166,8 +169,27 @@ static void finish(shd_candidate *best, const spread *s) {
                 best->x[c][i] = fmax(best->x[c][i] + s->follow[c][i] * s->step, 0);
 }
 
+/* Without a highlight there may still be one of this exponent, if a specular of a vague size would
+ * not stand out. */
+static const double SHARP = 1000, VAGUE = 0.02;
+
+static void doubt_sharp(const shd_fitting *f, const float *sharp, const double variance[3],
+                        shd_phong_fit *out) {
+    double sums[3] = {0};
+    for (size_t i = 0; i < 3 * f->rows->count; i++) {
+        if (shd_is_cancelled_at(f->cancelled, i)) return;
+        const double light = (double)f->rows->weight[i] * VAGUE * (double)sharp[i];
+        sums[i % 3] += light * light;
+    }
+    for (int c = 0; c < 3; c++) {
+        shd_fit_doubt *doubt = &out->channels[c].doubt[SHD_FIT_SPECULAR];
+        if (*doubt == SHD_FIT_SURE && sums[c] < SHD_FIT_STANDS_OUT * variance[c])
+            *doubt = SHD_FIT_SHARP;
+    }
+}
+
 static bool is_vague(double value, double deviation) {
-    return deviation > 0.02 && deviation > value / 4;
+    return deviation > VAGUE && deviation > value / 4;
 }
 
 static void doubt_values(shd_phong_fit *out) {
@@ -206,7 +228,7 @@ static void sum_rests(const shd_fitting *f, const shd_candidate *best, const flo
 /* The lobes at the best exponent, and beside it: everything that is told of the solution. */
 shd_status shd_fit_tell_errors(const shd_fitting *f, shd_candidate *best, bool lobe,
                                shd_phong_fit *out, shd_error *error) {
-    enum { BESIDE = 3 };
+    enum { BESIDE = 3, ALL = 4 };
     const double half = 2e-3, end = log1p(SHD_FIT_MOST),
                  low = fmin(fmax(best->at - half, 0), end - 2 * half);
     shd_candidate some[BESIDE];
@@ -214,9 +236,9 @@ shd_status shd_fit_tell_errors(const shd_fitting *f, shd_candidate *best, bool l
     double variance[3];
     bool uses[3][SHD_COLUMNS];
     int few = 0; /* channels of too few rows */
-    const double exponents[BESIDE] = {shd_fit_exponent(low), shd_fit_exponent(best->at),
-                                      shd_fit_exponent(low + 2 * half)};
-    shd_status status = f->lobes(f->context, exponents, BESIDE, f->scratch, error);
+    const double exponents[ALL] = {shd_fit_exponent(low), shd_fit_exponent(best->at),
+                                   shd_fit_exponent(low + 2 * half), SHARP};
+    shd_status status = f->lobes(f->context, exponents, lobe ? BESIDE : ALL, f->scratch, error);
     if (status == SHD_OK) status = shd_fit_add_lobe(f, f->scratch[1], some[1].products, error);
     if (status != SHD_OK) return status;
     memcpy(best->products, some[1].products, sizeof best->products);
@@ -233,13 +255,24 @@ shd_status shd_fit_tell_errors(const shd_fitting *f, shd_candidate *best, bool l
         variance[c] = 0; /* it tells nothing of the exponent, either */
         few++;
     }
+    if (!lobe) doubt_sharp(f, f->scratch[BESIDE], variance, out);
     const double on =
         sum_slopes(f, best, f->scratch[0], f->scratch[1], f->scratch[2], 2 * half, slopes);
     if (out->doubt == SHD_FIT_SURE && few == 3) out->doubt = SHD_FIT_TOO_FEW;
     if (out->doubt == SHD_FIT_SURE && on < FEW) out->doubt = SHD_FIT_FEW;
     const spread errors = spread_errors(best, slopes, variance, uses);
+    const shd_plateau_parts parts = {.rows = f->rows,
+                                     .x = best->x,
+                                     .lobes = f->scratch,
+                                     .width = 2 * half,
+                                     .inverse = errors.inverse,
+                                     .follow = errors.follow,
+                                     .variance = variance,
+                                     .exponent = errors.variance};
+    shd_plateaus more = {.exponent = 0};
+    if (!f->rows->relative) shd_fit_find_plateaus(&parts, f->scratch + BESIDE, f->cancelled, &more);
     if (lobe) finish(best, &errors);
-    tell_errors(best, &errors, variance, uses, out);
+    tell_errors(best, &errors, variance, &more, uses, out);
     for (int c = 0; c < 3; c++) memcpy(out->channels[c].value, best->x[c], sizeof best->x[c]);
     out->shininess = shd_fit_exponent(best->at);
     doubt_values(out);

@@ -4,10 +4,6 @@
 
 enum { GRID = 32, ROUNDS = 6, STARTS = 2 };
 
-/* A highlight has four numbers, and counts if it takes away this many times the variance of what is
- * left: a chance of 1e-4 under independent errors. */
-static const double HIGHLIGHT = 24;
-
 /* Solves for `count` exponents, evenly from `first` on. Their lobes stay in the scratch. */
 static shd_status try_some(const shd_fitting *f, double first, double step, size_t count,
                            shd_candidate out[], shd_error *error) {
@@ -100,6 +96,18 @@ static void forget_lobe(const shd_fitting *f, shd_candidate *best) {
     }
 }
 
+/* Whether it does by the deviations that were told, which know what errors have in common. */
+static bool stands_out(const shd_phong_fit *found) {
+    double sum = 0;
+    for (int c = 0; c < 3; c++) {
+        const double value = found->channels[c].value[SHD_FIT_SPECULAR],
+                     deviation = found->channels[c].deviation[SHD_FIT_SPECULAR];
+        if (isfinite(deviation) && deviation > 0) sum += value * value / (deviation * deviation);
+        if (value > 0 && !(deviation > 0 && isfinite(deviation))) return true; /* who knows */
+    }
+    return sum > SHD_FIT_STANDS_OUT;
+}
+
 shd_status shd_phong_fit_find(const shd_fit_rows *rows, shd_fit_lobes *lobes, void *context,
                               float *scratch[SHD_FIT_LOBES], const atomic_bool *cancelled,
                               shd_phong_fit *out, shd_error *error) {
@@ -118,15 +126,20 @@ shd_status shd_phong_fit_find(const shd_fit_rows *rows, shd_fit_lobes *lobes, vo
     size_t errors = 0;
     for (int c = 0; c < 3; c++) errors += shd_fit_errors(&f, found.channels[c].rows, c);
     const double variance = shd_fit_variance(&f, best.rest, errors, 10);
-    const bool lobe = left_without(&f) - best.rest > HIGHLIGHT * variance;
+    const bool lobe = left_without(&f) - best.rest > SHD_FIT_STANDS_OUT * variance;
     if (!lobe) forget_lobe(&f, &best);
     if (!lobe)
         found.doubt = SHD_FIT_NO_LOBE;
-    else if (flattest - best.rest < HIGHLIGHT * variance)
+    else if (flattest - best.rest < SHD_FIT_STANDS_OUT * variance)
         found.doubt = SHD_FIT_FLAT;
     else if (!(best.at < log1p(SHD_FIT_MOST) - 1e-3))
         found.doubt = SHD_FIT_BEYOND;
     status = shd_fit_tell_errors(&f, &best, lobe, &found, error);
+    if (status == SHD_OK && lobe && !stands_out(&found)) {
+        found.doubt = SHD_FIT_NO_LOBE;
+        forget_lobe(&f, &best);
+        status = shd_fit_tell_errors(&f, &best, false, &found, error);
+    }
     if (status == SHD_OK) *out = found;
     return status;
 }

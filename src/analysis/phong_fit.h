@@ -39,6 +39,7 @@ typedef enum shd_fit_doubt {
     SHD_FIT_LIKE_OTHERS, /* its light is a sum of that of other terms */
     SHD_FIT_TOO_FEW,     /* there are fewer rows than unknowns */
     SHD_FIT_VAGUE,       /* its standard deviation is above 0.02 and above a quarter of it */
+    SHD_FIT_SHARP,       /* without a highlight: a sharp one would hardly be on any row */
     SHD_FIT_NO_LOBE,     /* of the exponent: there is no highlight that it would be of */
     SHD_FIT_FEW,         /* of the exponent: the highlight is on fewer than eight pixels */
     SHD_FIT_FLAT,        /* of the exponent: any other does as well */
@@ -66,9 +67,9 @@ typedef struct shd_phong_fit {
  * exponents, evenly in log(1 + n), and from its two best valleys on with eight at a time. Without a
  * highlight that stands out of what is left (by F's test, at about 4 standard deviations), there is
  * none. Standard deviations are those of the linearized problem without the bounds at 0; errors of
- * rows count as independent but for those that are `alike`, and as large as what is left, and
- * Student's factor for few of them, if that is more than weights say; where less than half of that
- * is left, as on a flat picture's codes, they are one error. `lobes` is called 12 to 24 times.
+ * rows are as large as what is left, and Student's factor for few of them, if that is more than
+ * weights say. They count as independent but for those that are `alike`, and what rows of one light
+ * (one code) have in common: phong_plateaus.c. `lobes` is called 12 to 24 times.
  * SHD_CANCELLED, or what `lobes` returns. */
 shd_status shd_phong_fit_find(const shd_fit_rows *rows, shd_fit_lobes *lobes, void *context,
                               float *scratch[SHD_FIT_LOBES], const atomic_bool *cancelled,

@@ -5,6 +5,10 @@
 
 #include "analysis/phong_fit.h"
 
+/* A highlight has four numbers, and counts if it takes away this many times the variance of what is
+ * left: a chance of 1e-4 under independent errors. */
+static const double SHD_FIT_STANDS_OUT = 24;
+
 typedef struct shd_fitting {
     const shd_fit_rows *rows;
     shd_fit_lobes *lobes;
@@ -52,3 +56,25 @@ double shd_fit_solve(shd_candidate *k);
  * `lobe`: it has a highlight. out->doubt, and each channel's rows, are set. */
 shd_status shd_fit_tell_errors(const shd_fitting *f, shd_candidate *best, bool lobe,
                                shd_phong_fit *out, shd_error *error);
+
+/* What is asked of rows that share errors: the solution, the lobes below, at and above its exponent
+ * (u = log(1 + n), `width` between both ends), and how errors go into it. */
+typedef struct shd_plateau_parts {
+    const shd_fit_rows *rows;
+    const double (*x)[SHD_COLUMNS]; /* [3] */
+    float *const *lobes;            /* [3] */
+    double width;
+    const double (*inverse)[SHD_COLUMNS][SHD_COLUMNS]; /* [3] */
+    const double (*follow)[SHD_COLUMNS];               /* [3]: of the terms with u */
+    const double *variance; /* [3]: of rows; 0: the channel is left out */
+    double exponent;        /* the variance of u by independent errors */
+} shd_plateau_parts;
+
+/* What they add to covariances: of a channel's terms by its own rows, of these and u, and to u. */
+typedef struct shd_plateaus {
+    double own[3][SHD_COLUMNS][SHD_COLUMNS], cross[3][SHD_COLUMNS], exponent;
+} shd_plateaus;
+
+/* `room`: twice [count][3] that is written over. Once cancelled, *out is of no use. */
+void shd_fit_find_plateaus(const shd_plateau_parts *p, float *const room[2],
+                           const atomic_bool *cancelled, shd_plateaus *out);

@@ -15,8 +15,12 @@ enum { LONGEST = 258, FARTHEST = 32768 };
  * examples, these leave the fewest bytes for their time. */
 enum { RUN = 8, REPEAT = 10 };
 
+/* The same where samples are of two bytes, whose high ones hardly differ: runs of a pixel or of a
+ * sample, repeats, and those of a grey pixel with colors, which a run stands for already. */
+enum { WIDE_RUN = 3, WIDE_REPEAT = 6, WIDE_GREY = 8 };
+
 /* Of a repeat or a short run, the first bytes are remembered. */
-enum { HASH_BITS = 12, REMEMBERED = 4, SHORT_RUN = 16 };
+enum { HASH_BITS = 12, WIDE_BITS = 14, REMEMBERED = 4, SHORT_RUN = 16 };
 
 /* After so many bytes in vain, repeats are looked for at one byte less often. */
 enum { PATIENCE = 32, PATIENCE_MOST = 16 * PATIENCE };
@@ -27,8 +31,9 @@ typedef struct sequence {
 } sequence;
 
 typedef struct block {
-    uint16_t seen[1 << HASH_BITS]; /* where eight bytes of this hash were last seen */
-    sequence sequences[SHD_DEFLATE_BLOCK / RUN + 1];
+    /* Where bytes of this hash were last seen: eight of them, or WIDE_REPEAT. */
+    uint16_t seen[1 << WIDE_BITS];
+    sequence sequences[SHD_DEFLATE_BLOCK / WIDE_RUN + 1];
     size_t count;
     uint32_t literals[4][LITERALS], distances[DISTANCES]; /* how often */
     uint32_t lengths[LONGEST + 1]; /* how often; then as pack_symbol has them */
@@ -126,7 +131,7 @@ static inline void try_repeat(block *b, cursor *c, uint64_t here) {
 static void find_matches(block *b, const unsigned char *data, size_t before, size_t size,
                          size_t pixel) {
     cursor c = {.data = data, .end = data + size, .at = data, .from = data, .next = data};
-    memset(b->seen, 0, sizeof b->seen);
+    memset(b->seen, 0, sizeof *b->seen << HASH_BITS);
     if (before < pixel) c.at += pixel; /* nothing is before the first pixel */
     while (c.at + 8 <= c.end) {
         const uint64_t here = load(c.at), differ = here ^ load(c.at - pixel);
@@ -144,6 +149,63 @@ static void find_matches(block *b, const unsigned char *data, size_t before, siz
                          left = (size_t)(c.next - c.at);
             c.at += step < left ? step : left;
         }
+    }
+    add_sequence(b, c.from, (size_t)(c.end - c.from), 0, 0);
+}
+
+/* ---- Matches of samples of two bytes ---- */
+
+static inline size_t hash_wide(uint64_t v) {
+    return (v << (64 - 8 * WIDE_REPEAT)) * 0x9E3779B97F4A7C15u >> (64 - WIDE_BITS);
+}
+
+/* How many bytes from `at`, which begin with `here`, are as those from `back`. */
+static inline size_t count_alike(uint64_t here, const unsigned char *at, const unsigned char *back,
+                                 const unsigned char *end) {
+    const uint64_t differ = here ^ load(back);
+    return differ ? (size_t)__builtin_ctzll(differ) / 8 : measure(at, back, end);
+}
+
+/* The longest match of those that are tried. Its length is 0 if there is none. */
+static inline sequence find_wide(block *b, const cursor *c, size_t pixel) {
+    enum { SAMPLE = 2, ENOUGH = 16 };
+    const uint64_t here = load(c->at);
+    size_t length = count_alike(here, c->at, c->at - pixel, c->end), distance = pixel;
+    if (pixel > SAMPLE) {
+        const size_t other = count_alike(here, c->at, c->at - SAMPLE, c->end);
+        if (other > length) length = other, distance = SAMPLE;
+    }
+    if (length < WIDE_RUN) length = 0;
+    uint16_t *const seen = &b->seen[hash_wide(here)];
+    const unsigned char *const back = c->data + *seen;
+    *seen = (uint16_t)(c->at - c->data);
+    if (length < ENOUGH && back < c->at && c->at - back <= FARTHEST) {
+        const uint64_t differ = here ^ here >> 8 * SAMPLE;
+        /* Two samples are like the ones before them; that of alpha may be the first of all. */
+        const bool grey =
+            pixel > SAMPLE && (!(uint32_t)differ || !(uint32_t)(differ >> 8 * SAMPLE));
+        const size_t other = count_alike(here, c->at, back, c->end);
+        if (other >= (grey ? WIDE_GREY : WIDE_REPEAT) && other > length + 1)
+            length = other, distance = (size_t)(c->at - back);
+    }
+    return (sequence){.length = (uint16_t)length, .distance = (uint16_t)distance};
+}
+
+static void find_wide_matches(block *b, const unsigned char *data, size_t before, size_t size,
+                              size_t pixel) {
+    cursor c = {.data = data, .end = data + size, .at = data, .from = data};
+    memset(b->seen, 0, sizeof b->seen);
+    if (before < pixel) c.at += pixel;
+    while (c.at + 8 <= c.end) {
+        const sequence q = find_wide(b, &c, pixel);
+        const unsigned char *const behind = c.at + (q.length ? q.length : 1);
+        if (q.length) {
+            add_sequence(b, c.from, (size_t)(c.at - c.from), q.length, q.distance);
+            c.from = behind;
+        }
+        for (c.at++; c.at < behind && c.at + 8 <= c.end; c.at++)
+            b->seen[hash_wide(load(c.at))] = (uint16_t)(c.at - c.data);
+        c.at = behind;
     }
     add_sequence(b, c.from, (size_t)(c.end - c.from), 0, 0);
 }
@@ -343,14 +405,14 @@ size_t shd_deflate_bound(size_t size) {
 }
 
 size_t shd_deflate_block(void *room, const unsigned char *data, size_t before, size_t size,
-                         size_t pixel, bool last, unsigned char *out) {
+                         size_t pixel, bool wide, bool last, unsigned char *out) {
     block *const b = room;
     stream s = {.at = out};
     b->count = 0;
     memset(b->literals, 0, sizeof b->literals);
     memset(b->distances, 0, sizeof b->distances);
     memset(b->lengths, 0, sizeof b->lengths);
-    find_matches(b, data, before, size, pixel);
+    (wide ? find_wide_matches : find_matches)(b, data, before, size, pixel);
     make_codes(b);
     if (find_bits(b) / 8 >= size) return (size_t)(put_stored(&s, data, size, last) - out);
     put(&s, last | 2 << 1, 3); /* with codes of its own */

@@ -2,7 +2,9 @@
  *
  * Smooth surfaces leave small numbers that hardly repeat, backgrounds and edges leave runs. So two
  * places alone are tried for a match: the pixel before, and where the same eight bytes were last
- * seen. A prefix code made for the block does the rest. */
+ * seen. A prefix code made for the block does the rest. Samples of two bytes leave a number that
+ * hardly repeats behind one that nearly always does: there, shorter matches are taken, and those
+ * with the sample before, too. */
 #pragma once
 
 #include <stdbool.h>
@@ -20,7 +22,8 @@ size_t shd_deflate_room(void);
 
 /* Writes data[0..size), size <= SHD_DEFLATE_BLOCK, as one block, and returns its bytes. `before`
  * bytes before `data` are of the same stream and may be looked back at. Bytes that are `pixel`, 1
- * to 8, apart are likely alike. The last block ends the stream; another is followed by an empty
- * stored one, so that the next begins with a whole byte. */
+ * to 8, apart are likely alike; `wide`: samples are of two bytes, as `pixel` is. The last block
+ * ends the stream; another is followed by an empty stored one, so that the next begins with a whole
+ * byte. */
 size_t shd_deflate_block(void *room, const unsigned char *data, size_t before, size_t size,
-                         size_t pixel, bool last, unsigned char *out);
+                         size_t pixel, bool wide, bool last, unsigned char *out);

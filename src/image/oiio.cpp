@@ -289,12 +289,12 @@ int encode_picture(const shd_oiio_job &job, unsigned char **data, size_t *size) 
 /* The channels of the picture itself: a file may have layers beside it. Returns how many. */
 int find_channels(const OIIO::ImageSpec &spec, int channels[4], bool *alpha) {
     int count = 0;
-    for (const char *name : {"R", "G", "B"}) {
-        const int at = spec.channelindex(name);
-        if (at >= 0) channels[count++] = at;
-    }
+    for (const char *name : {"R", "G", "B"})
+        if (const int at = spec.channelindex(name); at >= 0) channels[count++] = at;
     if (count != 3) {
         const int grey = spec.channelindex("Y");
+        if (spec.nchannels > 1 && (grey < 0 || spec.channelindex("RY") >= 0))
+            throw std::runtime_error("its channels are neither R, G and B nor Y alone");
         channels[0] = grey >= 0 ? grey : 0;
         count = 1;
     }

@@ -87,8 +87,8 @@ static void put_about(writer *w, const char *about) {
 static shd_status put_profile(writer *w, const shd_image *image, shd_icc *icc, shd_arena *scratch,
                               shd_error *error) {
     shd_bytes profile;
-    shd_status status =
-        shd_zlib_compress(image, (shd_bytes){icc->data, icc->size}, 1, scratch, &profile, error);
+    shd_status status = shd_zlib_compress(image, (shd_bytes){icc->data, icc->size}, 1, false,
+                                          scratch, &profile, error);
     if (status) return status;
     const size_t name = strlen(icc->name) + 1;
     unsigned char data[PROFILE_ROOM] = {0};
@@ -222,7 +222,8 @@ shd_status shd_encode_png(const shd_image *image, shd_format format, shd_arena *
     shd_bytes rows = {NULL, 0}, data = {NULL, 0};
     shd_status status = filter_rows(image, &pack, scratch, &rows, error);
     const size_t pixel = (size_t)pack.count * pack.bytes;
-    if (!status) status = shd_zlib_compress(image, rows, pixel, scratch, &data, error);
+    if (!status)
+        status = shd_zlib_compress(image, rows, pixel, pack.bytes > 1, scratch, &data, error);
     if (status) return status;
     writer w = {NULL, 0};
     const size_t about = image->about ? strlen(image->about) : 0;

@@ -11,16 +11,14 @@ typedef struct shd_samples {
     float *values; /* malloc: [height][width][count]; codes of integers, exactly */
 } shd_samples;
 
-/* Reads the picture in a file, which is to be as wide and high. PNG, TIFF, EXR and HDR are
- * read by OpenImageIO, whose module is loaded; JPEG by libjpeg-turbo and WebP by libwebp. Layers
- * are left out. SHD_SCENE: it cannot be read, or is of another size. SHD_EXHAUSTED: out of memory.
- */
-shd_status shd_image_read(const char *path, shd_format format, int width, int height,
-                          shd_samples *out, shd_error *error);
+/* Reads the picture in a file, which is to be as wide and high, by OpenImageIO, whose module is
+ * loaded: TIFF, EXR and HDR. Layers are left out. SHD_SCENE: it cannot be read, or is of another
+ * size. SHD_EXHAUSTED: out of memory. */
+shd_status shd_image_read(const char *path, int width, int height, shd_samples *out,
+                          shd_error *error);
 
 /* The same of any size up to `most` pixels, which *out tells. Above: SHD_LIMIT. */
-shd_status shd_image_read_any(const char *path, shd_format format, size_t most, shd_samples *out,
-                              shd_error *error);
+shd_status shd_image_read_any(const char *path, size_t most, shd_samples *out, shd_error *error);
 
 /* That of a file in memory, of JPEG or WebP: [height][width][count] codes of 8 bits go to
  * `out`. False: it cannot be read as such. */

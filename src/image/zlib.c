@@ -37,6 +37,7 @@ typedef struct piece {
 typedef struct job {
     shd_bytes data;
     size_t pixel;
+    bool wide;
     size_t count, step; /* pieces, and bytes of each but the last */
     size_t room;        /* of a piece's stream */
     int level;
@@ -100,7 +101,7 @@ static void compress_piece(void *context, size_t index, unsigned slot) {
     p->sum = libdeflate_adler32(1, data, size);
     if (j->level == USUAL) {
         p->size = shd_deflate_block(j->rooms + slot * shd_deflate_room(), data, first, size,
-                                    j->pixel, last, p->data);
+                                    j->pixel, j->wide, last, p->data);
         p->whole = true;
         return;
     }
@@ -143,9 +144,10 @@ static shd_status join_pieces(const shd_image *image, const job *j, unsigned cha
     return SHD_OK;
 }
 
-shd_status shd_zlib_compress(const shd_image *image, shd_bytes data, size_t pixel,
+shd_status shd_zlib_compress(const shd_image *image, shd_bytes data, size_t pixel, bool wide,
                              shd_arena *scratch, shd_bytes *out, shd_error *error) {
     job j = cut_pieces(image, data, pixel);
+    j.wide = wide;
     const size_t compressors = find_compressors(image, &j);
     const unsigned slots = shd_encode_slots(image);
     j.pieces = shd_arena_zalloc(scratch, j.count, sizeof *j.pieces);

@@ -153,6 +153,7 @@ static shd_model_material put_material(shd_block *b, shd_map_reader *maps, const
     out.occlusion = 1;
     get_float(m, STRENGTH, aiTextureType_LIGHTMAP, 0, &out.occlusion);
     shd_put_maps(maps, m, named ? name.data : "", &out);
+    shd_put_metal(maps, &out);
     apply_alpha_mode(maps, m, &out);
     return out;
 }

@@ -33,6 +33,7 @@ typedef struct shd_import_texture {
     double most[3];   /* what either is cut to */
     char channel;     /* 'R' or 'A': it is no color; else 0 */
     bool is_tinted;   /* of a channel: it has a factor all the same */
+    bool is_made;     /* as colors that need no factor */
 } shd_import_texture;
 
 /* A material in our terms. */

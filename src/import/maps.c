@@ -11,6 +11,7 @@
 
 #include "import/cutout.h"
 #include "import/mean.h"
+#include "import/metal.h"
 #include "import/relief.h"
 
 /* glTF's normalTexture.scale, which assimp's header of materials does not have. */
@@ -299,6 +300,68 @@ void shd_put_cut_out(shd_map_reader *r, float factor, shd_model_material *out) {
     if (!mask) return;
     out->maps[SHD_MAP_OPACITY] = *base;
     out->maps[SHD_MAP_OPACITY].picture = mask;
+}
+
+/* ---- Metal ---- */
+
+static bool same_place(const shd_model_map *a, const shd_model_map *b) {
+    bool same = a->wrap == b->wrap && a->uneven == b->uneven && a->channel == b->channel &&
+                a->rotate == b->rotate;
+    for (int k = 0; k < 2; k++)
+        same = same && a->scale[k] == b->scale[k] && a->offset[k] == b->offset[k];
+    return same;
+}
+
+static shd_metal_source source_of(const shd_map_reader *r, const shd_model_map *map) {
+    shd_metal_source out = {.bytes = NULL};
+    if (!map->picture) return out;
+    const shd_model_picture *p = &r->pictures[map->picture - 1];
+    out.bytes = r->block->bytes + p->bytes.at;
+    out.size = p->bytes.count;
+    return out;
+}
+
+/* Makes both pictures, the first of which has this key: 1 + its index. It has no bytes if there are
+ * none. 0: there is no memory. */
+static uint32_t split_metal(shd_map_reader *r, const char *key, const shd_model_material *m) {
+    shd_metal_source base = source_of(r, &m->maps[SHD_MAP_DIFFUSE]),
+                     metal = source_of(r, &m->maps[SHD_MAP_METAL_ROUGH]);
+    shd_model_material even = *m;
+    shd_metal made = {.beneath = NULL};
+    memcpy(base.factor, m->diffuse, sizeof base.factor);
+    metal.factor[0] = m->metallic;
+    even.roughness *= r->pictures[m->maps[SHD_MAP_METAL_ROUGH].picture - 1].mean[1];
+    const bool split = shd_split_metal(&base, &metal, &even, &made);
+    if (put_key(r, key))
+        r->pictures[r->count++] = make_picture(r, "beneath metal", made.beneath, made.beneath_size);
+    const uint32_t first = (uint32_t)r->count;
+    if (split && put_key(r, "metal"))
+        r->pictures[r->count++] = make_picture(r, "metal", made.mirrored, made.mirrored_size);
+    free(made.beneath);
+    free(made.mirrored);
+    return r->full ? 0 : first;
+}
+
+void shd_put_metal(shd_map_reader *r, shd_model_material *out) {
+    const shd_model_map *metal = &out->maps[SHD_MAP_METAL_ROUGH],
+                        *base = &out->maps[SHD_MAP_DIFFUSE];
+    if (out->kind != SHD_MODEL_METAL_ROUGH || out->unlit || out->transmission > 0) return;
+    if (!metal->picture || (base->picture && !same_place(base, metal))) return;
+    if (!r->pictures[metal->picture - 1].measured || !(out->metallic > 0)) return;
+    if (base->picture && !r->pictures[base->picture - 1].measured) return;
+    char key[192];
+    const int begin = snprintf(key, sizeof key, "beneath %u of ", metal->picture);
+    snprintf(key + begin, sizeof key - (size_t)begin, "%u, %a %a %a, %a %a %a", base->picture,
+             (double)out->diffuse[0], (double)out->diffuse[1], (double)out->diffuse[2],
+             (double)out->metallic, (double)out->roughness, (double)out->ior);
+    uint32_t first = find_picture(r, key);
+    /* Each takes as long as both pictures to decode. */
+    if (!first && count_pictures(r, key, (size_t)begin) < CUTS_MOST)
+        first = split_metal(r, key, out);
+    if (!first || !r->pictures[first - 1].bytes.count) return;
+    out->maps[SHD_MAP_BENEATH] = out->maps[SHD_MAP_MIRRORED] = *metal;
+    out->maps[SHD_MAP_BENEATH].picture = first;
+    out->maps[SHD_MAP_MIRRORED].picture = first + 1;
 }
 
 /* ---- Heights ---- */

@@ -51,6 +51,9 @@ typedef enum shd_model_map_kind {
     SHD_MAP_TAKEN,
     SHD_MAP_METAL_ROUGH = SHD_MAP_TAKEN, /* glTF: roughness in green, metal in blue */
     SHD_MAP_OCCLUSION,                   /* glTF, in red */
+    /* Pictures that are made of glTF's base color and metal (metal.h), where that differs. */
+    SHD_MAP_BENEATH,
+    SHD_MAP_MIRRORED,
     SHD_MAP_KINDS
 } shd_model_map_kind;
 

@@ -50,14 +50,17 @@ static bool put_lobes(shd_scene_writer *w, const shd_import_material *m) {
     return true;
 }
 
-static void put_facets(FILE *out, const shd_native *light) {
+static bool put_facets(shd_scene_writer *w, const shd_import_material *m) {
+    const shd_native *light = &m->light;
+    FILE *out = w->out;
     fputs(", \"fresnel\": {\"f0\": ", out);
-    shd_put_numbers(out, light->specular, 3);
+    if (!put_coefficient(w, &m->textures[SHD_MAP_SPECULAR], light->specular)) return false;
     fputs("}, \"lobes\": [", out);
     for (size_t k = 0; k < light->lobe_count; k++)
         fprintf(out, "%s{\"roughness\": %.6g, \"weight\": %.6g}", k ? ", " : "",
                 light->lobes[k].shape, light->lobes[k].weight);
     fputc(']', out);
+    return true;
 }
 
 /* MTL's mirrors have the color of the highlight. What glass transmits is what the mean of that
@@ -90,10 +93,8 @@ static bool put_material(shd_scene_writer *w, const shd_import_material *m) {
         fprintf(out, ", \"%s\": ", colors[k].key);
         if (!put_coefficient(w, &m->textures[colors[k].kind], colors[k].rgb)) return false;
     }
-    if (m->light.model == SHD_NATIVE_COOK_TORRANCE)
-        put_facets(out, &m->light);
-    else if (!put_lobes(w, m))
-        return false;
+    const bool facets = m->light.model == SHD_NATIVE_COOK_TORRANCE;
+    if (!(facets ? put_facets : put_lobes)(w, m)) return false;
     if (m->textures[SHD_MAP_OPACITY].map) {
         fputs(", \"opacity\": ", out);
         if (!shd_put_texture(w, &m->textures[SHD_MAP_OPACITY], NULL)) return false;

@@ -12,7 +12,8 @@ static const char *const uses[] = {
     [SHD_MAP_SPECULAR] = "specular color", [SHD_MAP_EMISSIVE] = "emissive color",
     [SHD_MAP_OPACITY] = "opacity",         [SHD_MAP_NORMAL] = "normals",
     [SHD_MAP_GLOSS] = "exponents",         [SHD_MAP_METAL_ROUGH] = "metal and roughness",
-    [SHD_MAP_OCCLUSION] = "occlusion"};
+    [SHD_MAP_OCCLUSION] = "occlusion",     [SHD_MAP_BENEATH] = "base color",
+    [SHD_MAP_MIRRORED] = "metal"};
 
 static const shd_model_picture *picture_of(const shd_scene_writer *w, const shd_model_map *map) {
     const shd_model_picture *pictures = shd_span_items(w->model, w->model->pictures);
@@ -56,7 +57,17 @@ static void take_mean(const shd_model_picture *picture, float color[3], double m
     }
 }
 
-static void take_metal_rough(const shd_scene_writer *w, const char *name, shd_model_material *m) {
+/* Whether metal has pictures that can be taken. */
+static bool has_made_metal(const shd_scene_writer *w, size_t material,
+                           const shd_model_material *from) {
+    const shd_model_map *map = &from->maps[SHD_MAP_MIRRORED];
+    const shd_model_picture *picture = picture_of(w, map);
+    return picture && !from->unlit && !w->options->phong &&
+           !find_obstacle(w, material, map, picture);
+}
+
+static void take_metal_rough(const shd_scene_writer *w, size_t material, const char *name,
+                             shd_model_material *m) {
     char text[160];
     const shd_model_map *map = &m->maps[SHD_MAP_METAL_ROUGH];
     const shd_model_picture *picture = picture_of(w, map);
@@ -65,10 +76,16 @@ static void take_metal_rough(const shd_scene_writer *w, const char *name, shd_mo
         m->roughness *= picture->mean[1];
         m->metallic *= picture->mean[2];
     }
-    snprintf(text, sizeof text,
-             "the picture of its metal and roughness is left out, %s: %.2f and %.2f",
-             picture->measured ? "but for what they are in the mean" : "which cannot be read",
-             (double)m->metallic, (double)m->roughness);
+    if (has_made_metal(w, material, m))
+        snprintf(text, sizeof text,
+                 "its metal makes pictures of what mirrors and what does not, and its roughness is "
+                 "left out but for its mean, %.2f",
+                 (double)m->roughness);
+    else
+        snprintf(text, sizeof text,
+                 "the picture of its metal and roughness is left out, %s: %.2f and %.2f",
+                 picture->measured ? "but for what they are in the mean" : "which cannot be read",
+                 (double)m->metallic, (double)m->roughness);
     note_picture(w, name, picture->name, text);
 }
 
@@ -104,20 +121,44 @@ static void give_texture(const shd_model_material *from, shd_model_map_kind kind
     out->textures[kind] = *texture;
     if (kind != SHD_MAP_DIFFUSE) return;
     if (from->kind != SHD_MODEL_MTL) out->textures[SHD_MAP_AMBIENT] = *texture;
-    /* A metal mirrors its base color, which only Phong's lobes can take from a picture. */
-    if (mirrors_base(from) && out->light.model == SHD_NATIVE_PHONG)
-        out->textures[SHD_MAP_SPECULAR] = *texture;
+    if (mirrors_base(from)) out->textures[SHD_MAP_SPECULAR] = *texture;
 }
 
-/* What rough facets scatter is in the fit's diffuse color and does not follow the base color: where
- * a picture is bright, the factor would make more of it than the fit makes of white. */
-static void hold_diffuse(const shd_model_material *from, bool phong, shd_import_material *out) {
+/* What rough facets scatter is in the fit's diffuse color and does not follow the base color, nor
+ * does what mirrors and is no metal: where a picture is bright, the factor would make more of it
+ * than the fit makes of white. */
+static void hold_colors(const shd_model_material *from, bool phong, shd_import_material *out) {
     shd_model_material white = *from;
     shd_import_material most;
     if (from->kind == SHD_MODEL_MTL || !out->textures[SHD_MAP_DIFFUSE].map) return;
     for (int c = 0; c < 3; c++) white.diffuse[c] = 1;
     shd_import_material_of(&white, phong, &most);
     memcpy(out->textures[SHD_MAP_DIFFUSE].most, most.light.diffuse, sizeof most.light.diffuse);
+    if (from->kind == SHD_MODEL_METAL_ROUGH && out->light.model == SHD_NATIVE_COOK_TORRANCE)
+        memcpy(out->textures[SHD_MAP_SPECULAR].most, most.light.specular,
+               sizeof most.light.specular);
+}
+
+/* A reflectance has an end, which only pictures whose codes are known are sure to keep. */
+static void hold_facets(shd_import_material *out) {
+    shd_import_texture *mirrored = &out->textures[SHD_MAP_SPECULAR];
+    if (!mirrored->map || out->light.model != SHD_NATIVE_COOK_TORRANCE) return;
+    if (!mirrored->picture->measured) mirrored->map = NULL;
+    for (int c = 0; c < 3; c++) mirrored->most[c] = fmin(mirrored->most[c], 1);
+}
+
+/* Metal and what is none on one picture: what was made of both takes the place of the base color.
+ */
+static void take_metal(const shd_scene_writer *w, size_t material, const shd_model_material *from,
+                       shd_import_material *out) {
+    static const shd_model_map_kind kinds[] = {SHD_MAP_BENEATH, SHD_MAP_MIRRORED};
+    static const shd_model_map_kind places[] = {SHD_MAP_DIFFUSE, SHD_MAP_SPECULAR};
+    if (out->light.model != SHD_NATIVE_COOK_TORRANCE || !has_made_metal(w, material, from)) return;
+    for (int k = 0; k < 2; k++) {
+        const shd_model_map *map = &from->maps[kinds[k]];
+        out->textures[places[k]] =
+            (shd_import_texture){.map = map, .picture = picture_of(w, map), .is_made = true};
+    }
 }
 
 /* Looks at the picture of one use: it is taken, or leaves its mean in `color` (NULL: it is of no
@@ -175,9 +216,8 @@ static void take_gloss(const shd_scene_writer *w, size_t material, const char *n
 /* What pictures cannot do that were taken, or not. */
 static void tell_losses(const shd_scene_writer *w, const char *name, const shd_model_material *from,
                         const shd_import_material *made) {
-    const shd_import_texture *mirrored =
-        &made->textures[mirrors_base(from) ? SHD_MAP_DIFFUSE : SHD_MAP_SPECULAR];
-    if (mirrored->map && made->light.model == SHD_NATIVE_COOK_TORRANCE)
+    const shd_import_texture *mirrored = &made->textures[SHD_MAP_SPECULAR];
+    if (mirrored->picture && !mirrored->map)
         note_picture(w, name, mirrored->picture->name,
                      "what it mirrors has the mean color of its picture");
     const shd_model_picture *base = picture_of(w, &from->maps[SHD_MAP_DIFFUSE]);
@@ -239,11 +279,13 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
         consider_map(w, index, name, (shd_model_map_kind)kind,
                      kind < SHD_MAP_COLORS ? colors[kind] : NULL, from, &taken[kind]);
     take_gloss(w, index, name, from, &even.shininess, &taken[SHD_MAP_GLOSS]);
-    take_metal_rough(w, name, &even);
+    take_metal_rough(w, index, name, &even);
     shd_import_material_of(&even, w->options->phong, out);
     for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
         if (taken[kind].map) give_texture(&even, (shd_model_map_kind)kind, &taken[kind], out);
-    hold_diffuse(&even, w->options->phong, out);
+    hold_colors(&even, w->options->phong, out);
+    take_metal(w, index, from, out);
+    hold_facets(out);
     take_occlusion(w, index, name, from, out);
     tell_losses(w, name, &even, out);
 }
@@ -270,6 +312,10 @@ static void put_factor(shd_scene_writer *w, const shd_import_texture *texture,
     for (int c = 0; c < 3; c++) /* what is black tells nothing of its factor */
         tint[c] = fmin(texture->mean[c] > 0 ? rgb[c] / texture->mean[c] : texture->factor[c],
                        texture->most[c]);
+    if (texture->is_made) {
+        fputs(", \"space\": \"sRGB\"", w->out);
+        return;
+    }
     if (texture->channel) /* numbers, whatever is said of colors in its file */
         fputs(", \"space\": \"lin_rec709\"", w->out);
     else if (!shd_format_get(format_of(w, texture->picture))->linear)

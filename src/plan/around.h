@@ -40,7 +40,7 @@ static inline bool shd_may_be_walked(const shd_plan_material *m, size_t term) {
 /* Whether samples that see the material may share walks (render/tiles/smooth.h). */
 static inline bool shd_may_share_walks(const shd_plan *plan, const shd_plan_material *m) {
     return !plan->bins && plan->glows && plan->moments && m->model != SHD_MODEL_PHONG &&
-           !m->pointwise && !m->normal;
+           !m->pointwise && !m->normal && !m->from->fresnel.f0_texture;
 }
 
 /* How wide a lobe is, in radians: of half vectors, or of directions. */

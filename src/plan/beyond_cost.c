@@ -92,7 +92,7 @@ double shd_beyond_cost(const shd_plan *plan, const shd_plan_material *m,
     const double shared = shadows ? SHARED : 0;
     if (plan->models32 && tier != SHD_EXACT) return vectors + models32[m->model];
     if (light->environment) return around_cost(plan, m, light);
-    const double varied = shd_facet_slot(m) ? VARIED : 1;
+    const double varied = m->model == SHD_MODEL_WESTIN && shd_facet_slot(m) ? VARIED : 1;
     if (light->shape) return shared + varied * shape_cost(m, light->shape, way);
     if (way == VECTORS) return shared + vectors + varied * models[m->model];
     return points.light + (double)m->lobe_count * points.lobe + models[m->model];

@@ -53,11 +53,9 @@ void shd_moments(shd_vec3 s, double m[SHD_BUNCH_MOMENTS]) {
     }
 }
 
-static void add_moments(shd_vec3 s, const double weight[3], shd_bunch *to) {
-    double m[SHD_BUNCH_MOMENTS];
-    shd_moments(s, m);
-    for (int c = 0; c < 3; c++)
-        for (int k = 0; k < SHD_BUNCH_MOMENTS; k++) to->moments[c][k] += weight[c] * m[k];
+/* How many channels of moments differ. */
+static int channels_of(const builder *b) {
+    return b->plan->grey_lights ? 1 : 3;
 }
 
 static shd_bunch gather_lights(const builder *b, uint32_t first, uint32_t end, uint32_t fall) {
@@ -74,15 +72,63 @@ static shd_bunch gather_lights(const builder *b, uint32_t first, uint32_t end, u
         const shd_plan_light *light = &plan->lights[lights[i]];
         const shd_vec3 s = shd_sub(bunch.center, light->position);
         const double share = light->gain / b->out->falls[fall].gain;
-        double weight[3];
-        for (int c = 0; c < 3; c++) {
-            weight[c] = light->color[c] * share;
-            bunch.strength[c] += weight[c] * (1 + SHD_PIECE_MARGIN);
-        }
+        for (int c = 0; c < 3; c++)
+            bunch.strength[c] += light->color[c] * share * (1 + SHD_PIECE_MARGIN);
         bunch.radius = shd_larger(bunch.radius, shd_plan_length(s) * (1 + SHD_PIECE_MARGIN));
-        add_moments(s, weight, &bunch);
     }
     return bunch;
+}
+
+/* The moments of a leaf, light by light. */
+static void add_lights(const builder *b, shd_bunch *to) {
+    for (uint32_t i = to->first; i < to->end; i++) {
+        const shd_plan_light *light = &b->plan->lights[b->out->lights[i]];
+        const double share = light->gain / b->out->falls[to->fall].gain;
+        double m[SHD_BUNCH_MOMENTS];
+        shd_moments(shd_sub(to->center, light->position), m);
+        for (int c = 0; c < channels_of(b); c++)
+            for (int k = 0; k < SHD_BUNCH_MOMENTS; k++)
+                to->moments[c][k] += light->color[c] * share * m[k];
+    }
+}
+
+/* Adds a part's moments: with w from its center to the whole's, a light that is s beside the former
+ * is s + w beside the latter, and monomials over factorials of a sum are sums of products of those
+ * of its parts. */
+static void add_part(const builder *b, const shd_bunch *part, shd_bunch *to) {
+    double way[SHD_BUNCH_MOMENTS];
+    shd_moments(shd_sub(to->center, part->center), way);
+    for (int c = 0; c < channels_of(b); c++)
+#pragma GCC unroll 6
+        for (int from = 0; from < 6; from++)
+#pragma GCC unroll 6
+            for (int g = 0; from + g < 6; g++)
+#pragma GCC unroll 6
+                for (int r = 0; r <= g; r++)
+#pragma GCC unroll 6
+                    for (int z = 0; z <= r; z++)
+#pragma GCC unroll 6
+                        for (int q = 0; q <= from; q++)
+#pragma GCC unroll 6
+                            for (int k = 0; k <= q; k++)
+                                to->moments[c][shd_monomials_below(from + g) +
+                                               shd_monomial(q + r, k + z)] +=
+                                    way[shd_monomials_below(g) + shd_monomial(r, z)] *
+                                    part->moments[c]
+                                                 [shd_monomials_below(from) + shd_monomial(q, k)];
+}
+
+/* Parts follow what they are parts of, so that the last ones are known first. */
+static void find_moments(const builder *b) {
+    for (size_t i = b->out->count; i-- > 0;) {
+        shd_bunch *bunch = &b->out->list[i];
+        if (bunch->parts) {
+            add_part(b, &b->out->list[bunch->parts], bunch);
+            add_part(b, &b->out->list[bunch->parts + 1], bunch);
+        } else {
+            add_lights(b, bunch);
+        }
+    }
 }
 
 static int compare_keys(const void *x, const void *y) {
@@ -192,6 +238,7 @@ bool shd_bunches_new(const shd_plan *plan, shd_arena *arena, const shd_bunches *
         made->list[made->count++] = gather_lights(&b, bunch->first, middle, bunch->fall);
         made->list[made->count++] = gather_lights(&b, middle, bunch->end, bunch->fall);
     }
+    find_moments(&b);
     if (!fill_rows(plan, arena, made)) return false;
     *out = made;
     return true;

@@ -47,12 +47,20 @@ double shd_facets_most(double roughness) {
 
 /* Of light that is polarized across the plane of incidence, the less the steeper it comes: c / a
  * grows with c, where a^2 = n^2 - 1 + c^2. Of the other, n^2 c / a grows, and what is mirrored
- * falls until that is 1, and rises from there: no more than at either end. */
+ * falls until that is 1, and rises from there: no more than at either end. Of all n from 1 on, as a
+ * pattern has them, c / a is least of the largest n; and with s^2 = 1 - c^2, n^2 c / a is 1 at n =
+ * 1, falls to 2 s c at n^2 = 2 s^2, and rises from there: no more than at that or at the largest n.
+ */
 static double mirrored_most(const shd_fresnel *index, int channel, double half) {
     const double n = index->n[channel], c = shd_smaller(half, 1), n2 = n * n;
     if (!(c > 0) || !(n >= 1) || isinf(n) || index->k[channel] != 0) return 1;
-    const double a = sqrt(n2 - (1 - c) * (1 + c)), across = (a - c) / (a + c),
-                 along = (n2 * c - a) / (n2 * c + a), upright = (n - 1) / (n + 1);
+    const double s2 = (1 - c) * (1 + c), a = sqrt(n2 - s2), across = (a - c) / (a + c),
+                 upright = (n - 1) / (n + 1);
+    double along = fabs(n2 * c - a) / (n2 * c + a);
+    if (index->f0_texture && 2 * s2 > 1 && 2 * s2 < n2) {
+        const double least = 2 * sqrt(s2) * c;
+        along = shd_larger(along, (1 - least) / (1 + least));
+    }
     const double most = across * across + shd_larger(along * along, upright * upright);
     return shd_smaller(most / 2 * (1 + 1e-12) + 1e-15, 1);
 }

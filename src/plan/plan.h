@@ -152,6 +152,7 @@ typedef struct shd_plan {
     bool hued;         /* and one of these has another field for each component of a color */
     /* One of these, or a map of normals, is on a mesh or on faces: hits tell of triangles. */
     bool charted;
+    bool faceted;     /* some object is lit at its faces or corners: the same */
     bool antialiased; /* some object's highlights are widened where it bends */
     bool bent_meshes; /* and one of these is a mesh, so that hits tell of triangles */
     bool bumped;      /* some object has a map of normals: what follows from its own normals alone

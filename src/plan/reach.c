@@ -37,12 +37,18 @@ static bool same_color(const double a[3], const double b[3]) {
     return a[0] == b[0] && a[1] == b[1] && a[2] == b[2];
 }
 
+/* But for their textures. */
+static bool same_fresnel(const shd_fresnel *a, const shd_fresnel *b) {
+    return same_color(a->n, b->n) && same_color(a->k, b->k) && a->n_curve == b->n_curve &&
+           a->k_curve == b->k_curve && a->f0_curve == b->f0_curve;
+}
+
 /* Whether they are equal in what only extended scenes have. */
 static bool same_extension(const shd_plan_material *x, const shd_plan_material *y) {
     const shd_material *a = x->from, *b = y->from;
     return a->model == b->model && a->sigma == b->sigma && a->antialiased == b->antialiased &&
-           !memcmp(&a->fresnel, &b->fresnel, sizeof a->fresnel) &&
-           same_color(a->opacity, b->opacity) && same_color(a->reflection, b->reflection) &&
+           same_fresnel(&a->fresnel, &b->fresnel) && same_color(a->opacity, b->opacity) &&
+           same_color(a->reflection, b->reflection) &&
            same_color(a->transmission, b->transmission) && a->ior == b->ior &&
            shd_same_microgeometry(a->microgeometry, b->microgeometry) && shd_same_textures(a, b) &&
            (!x->bins || !memcmp(x->bins, y->bins, x->bin_count * sizeof *x->bins)) &&
@@ -254,6 +260,7 @@ bool shd_plan_reach(shd_plan *plan, const shd_plan_light *given, size_t count, u
         shd_plan_object *object = &r.objects[i];
         object->bounded = shd_object_bounds(&scene->objects[i], &object->center, &object->radius);
         object->material = first[scene->objects[i].material];
+        plan->faceted |= scene->objects[i].interpolation != SHD_PHONG;
     }
     if (!find_lists(&r, arena) || !keep_used(&r, arena)) return false;
     plan->objects = r.objects;

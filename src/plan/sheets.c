@@ -1,5 +1,8 @@
 /* Flat faces whose planes lights are in, or so near to that rounding would decide on which side a
  * light is. The side must be the same all over a face. */
+#include <stdlib.h>
+
+#include "plan/morton.h"
 #include "plan/parts.h"
 
 /* A light is in a plane if it is nearer than this times |light| + |point| (docs/model.md). */
@@ -12,7 +15,8 @@ static const double NEAR_PLANE = 1e-5;
 enum {
     MOST_PAIRS = 1 << 22, /* of a mesh's faces and lights that are looked at */
     FEW_TRIANGLES = 64,   /* in meshes with more, only lights in the planes count */
-    MOST_SHEETS = 32      /* of a light: the nearest ones */
+    MOST_SHEETS = 32,     /* of a light: the nearest ones */
+    TOGETHER = 16         /* lights that lie together, and may all be clear of a plane */
 };
 
 typedef struct face {
@@ -22,13 +26,25 @@ typedef struct face {
     bool near;              /* lights near the plane count, too */
 } face;
 
+/* A light that has a place, and where on a curve through all of them that is. */
+typedef struct placed {
+    shd_vec3 at;
+    uint32_t light, key;
+} placed;
+
+/* TOGETHER lights, or what is left of them: a box around them. */
+typedef struct bundle {
+    shd_vec3 middle, half;
+    double away; /* no light is farther from (0,0,0), by the sum of coordinates */
+} bundle;
+
 typedef struct gathering {
     shd_plan *plan;
-    shd_sheets *sheets; /* [light_count] */
-    /* [light_count]: side by side, for most lights are looked at no closer; and whether a light has
-     * no place. */
-    shd_vec3 *places;
-    bool *everywhere;
+    shd_sheets *sheets;         /* [light_count] */
+    placed *placed;             /* [placed_count]: side by side, for most are looked at no closer */
+    bundle *bundles;            /* of TOGETHER of these each */
+    shd_plan_light const **far; /* [far_count]: directional ones */
+    size_t placed_count, far_count;
     shd_arena *arena;
     bool full; /* or cancelled */
 } gathering;
@@ -61,15 +77,6 @@ static double length_at_most(shd_vec3 v) {
     return (fabs(v.x) + fabs(v.y) + fabs(v.z)) * (1 + 1e-9);
 }
 
-/* Whether a light's place is clear of the face's plane by any measure. */
-static bool is_clear(const face *f, shd_vec3 position) {
-    const shd_vec3 toward = shd_sub(position, f->point);
-    const double height = fabs(shd_dot(f->normal, toward)),
-                 in = length_at_most(position) + f->reach, near = length_at_most(toward) + f->size;
-    return height > IN_PLANE * (1 + 1e-9) * in &&
-           !(f->near && height <= NEAR_PLANE * (1 + 1e-9) * near);
-}
-
 static void look_at_light(gathering *g, const face *f, size_t j) {
     const shd_plan_light *light = &g->plan->lights[j];
     if (light->shape || light->environment) return; /* it is in no plane */
@@ -86,9 +93,88 @@ static void look_at_light(gathering *g, const face *f, size_t j) {
     keep_sheet(g, j, &(shd_sheet){f->normal, f->point, within ? 0 : height, f->reach + f->size});
 }
 
+/* ---- Lights that lie together. ---- */
+
+static int compare_places(const void *x, const void *y) {
+    const placed *a = x, *b = y;
+    if (a->key != b->key) return a->key < b->key ? -1 : 1;
+    return a->light < b->light ? -1 : a->light > b->light;
+}
+
+static void sort_places(gathering *g) {
+    shd_vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
+    for (size_t i = 0; i < g->placed_count; i++) {
+        low = shd_vec3_min(low, g->placed[i].at);
+        high = shd_vec3_max(high, g->placed[i].at);
+    }
+    const shd_vec3 size = shd_sub(high, low);
+    for (size_t i = 0; i < g->placed_count; i++)
+        g->placed[i].key = shd_morton(g->placed[i].at, low, size);
+    qsort(g->placed, g->placed_count, sizeof *g->placed, compare_places);
+}
+
+static bundle bundle_of(const placed *lights, size_t count) {
+    bundle b = {.away = 0};
+    shd_vec3 low = lights->at, high = low;
+    for (size_t i = 0; i < count; i++) {
+        low = shd_vec3_min(low, lights[i].at);
+        high = shd_vec3_max(high, lights[i].at);
+        b.away = shd_larger(b.away, length_at_most(lights[i].at));
+    }
+    b.middle = shd_madd(shd_scale(low, 0.5), high, 0.5);
+    b.half = shd_scale(shd_sub(high, low), 0.5 * (1 + 1e-9));
+    return b;
+}
+
+/* False: memory. */
+static bool bundle_lights(gathering *g) {
+    const shd_plan *plan = g->plan;
+    const size_t count = plan->light_count;
+    g->placed = shd_arena_alloc(g->arena, count, sizeof *g->placed);
+    g->far = shd_arena_alloc(g->arena, count, sizeof *g->far);
+    g->bundles = shd_arena_alloc(g->arena, count / TOGETHER + 1, sizeof *g->bundles);
+    if (!g->placed || !g->far || !g->bundles) return false;
+    for (size_t j = 0; j < count; j++) {
+        if (plan->lights[j].directional)
+            g->far[g->far_count++] = &plan->lights[j];
+        else
+            g->placed[g->placed_count++] =
+                (placed){.at = plan->lights[j].position, .light = (uint32_t)j};
+    }
+    if (g->placed_count > TOGETHER) sort_places(g);
+    for (size_t i = 0, k = 0; i < g->placed_count; i += TOGETHER, k++) {
+        const size_t left = g->placed_count - i;
+        g->bundles[k] = bundle_of(&g->placed[i], left < TOGETHER ? left : TOGETHER);
+    }
+    return true;
+}
+
+/* ---- Faces. ---- */
+
+/* Looks at those lights of a bundle that are not clear of the face's plane by any measure: by a
+ * margin that is more than what counts as near, and than rounding. */
+static void look_at_bundle(gathering *g, const face *f, const bundle *b, const placed *lights,
+                           size_t count) {
+    const double height = fabs(shd_dot(f->normal, shd_sub(b->middle, f->point))),
+                 aside = fabs(f->normal.x) * b->half.x + fabs(f->normal.y) * b->half.y +
+                         fabs(f->normal.z) * b->half.z,
+                 reach = b->away + length_at_most(f->point) + f->size + f->reach,
+                 margin = (f->near ? 2 * NEAR_PLANE : 1e-12) * reach;
+    if (height > aside + margin) return;
+    for (size_t i = 0; i < count; i++)
+        if (!(fabs(shd_dot(f->normal, shd_sub(lights[i].at, f->point))) > margin))
+            look_at_light(g, f, lights[i].light);
+}
+
 static void look_at_face(gathering *g, const face *f) {
-    for (size_t j = 0; j < g->plan->light_count && !g->full; j++)
-        if (g->everywhere[j] || !is_clear(f, g->places[j])) look_at_light(g, f, j);
+    if (!g->bundles && !bundle_lights(g)) g->full = true;
+    for (size_t first = 0, k = 0; first < g->placed_count && !g->full; first += TOGETHER, k++) {
+        const size_t left = g->placed_count - first, some = left < TOGETHER ? left : TOGETHER;
+        look_at_bundle(g, f, &g->bundles[k], &g->placed[first], some);
+    }
+    for (size_t i = 0; i < g->far_count && !g->full; i++)
+        if (!(fabs(shd_dot(f->normal, g->far[i]->toward)) > NEAR_PLANE))
+            look_at_light(g, f, (size_t)(g->far[i] - g->plan->lights));
 }
 
 /* Looks at the face of the shape's unit form with this normal and point. */
@@ -150,14 +236,8 @@ bool shd_plan_sheets(shd_plan *plan, shd_arena *arena) {
     const shd_scene *scene = plan->scene;
     gathering g = {.plan = plan,
                    .sheets = shd_arena_zalloc(arena, plan->light_count, sizeof *g.sheets),
-                   .places = shd_arena_alloc(arena, plan->light_count, sizeof *g.places),
-                   .everywhere = shd_arena_alloc(arena, plan->light_count, sizeof *g.everywhere),
                    .arena = arena};
-    if (!g.sheets || !g.places || !g.everywhere) return false;
-    for (size_t j = 0; j < plan->light_count; j++) {
-        g.places[j] = plan->lights[j].position;
-        g.everywhere[j] = plan->lights[j].directional;
-    }
+    if (!g.sheets) return false;
     /* All objects are looked at, whatever lights their lists have, so that lists change no bit. */
     for (size_t i = 0; i < scene->object_count && !g.full; i++) {
         g.full = shd_is_cancelled(plan->cancelled);

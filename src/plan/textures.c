@@ -33,28 +33,35 @@ static void spread_slot(const making *m, const shd_texture *texture, shd_plan_sl
     }
 }
 
+/* Adds the pattern unless it is there, and finds it and its fields. */
+static size_t take_pattern(making *m, const shd_pattern *pattern, size_t fields[3]) {
+    shd_plan_textures *out = m->out;
+    size_t p = 0, field = 0;
+    for (; p < out->pattern_count && !shd_same_pattern(&m->patterns[p], pattern); p++)
+        field += (size_t)shd_pattern_fields(&m->patterns[p]);
+    const size_t count = (size_t)shd_pattern_fields(pattern);
+    if (p == out->pattern_count) {
+        m->patterns[out->pattern_count++] = *pattern;
+        out->field_count += count;
+    }
+    for (size_t c = 0; c < 3; c++) fields[c] = field + (count == 3 ? c : 0);
+    return p;
+}
+
 /* Adds a slot unless it is black, and sets the low color: times `by`, or 1 if that is NULL. */
 static void add_slot(making *m, const shd_texture *texture, shd_slot_of of, size_t term,
                      const double *by, double low[3]) {
     shd_plan_slot *slot = &m->slots[m->out->slot_count];
     shd_plan_textures *out = m->out;
     double high[3], ends[2][3];
-    size_t p = 0, field = 0;
     for (int c = 0; c < 3; c++) {
         low[c] = texture->low[c] * (by ? by[c] : 1);
         high[c] = texture->high[c] * (by ? by[c] : 1);
     }
     *slot = (shd_plan_slot){.of = of, .term = term, .name = texture->name};
     for (int c = 0; c < 3; c++) slot->rise[c] = high[c] - low[c];
-    for (; p < out->pattern_count && !shd_same_pattern(&m->patterns[p], &texture->pattern); p++)
-        field += (size_t)shd_pattern_fields(&m->patterns[p]);
     const int fields = shd_pattern_fields(&texture->pattern);
-    if (p == out->pattern_count) {
-        m->patterns[out->pattern_count++] = texture->pattern;
-        out->field_count += (size_t)fields;
-    }
-    slot->pattern = p;
-    for (size_t c = 0; c < 3; c++) slot->field[c] = field + (fields == 3 ? c : 0);
+    slot->pattern = take_pattern(m, &texture->pattern, slot->field);
     shd_texture_ends(texture, ends);
     for (int c = 0; c < 3 && by; c++) ends[0][c] *= by[c], ends[1][c] *= by[c];
     out->hued = out->hued || fields == 3;
@@ -79,6 +86,21 @@ static void add_lobes(making *m, const shd_material *from, const shd_plan_materi
     }
 }
 
+/* False: memory. */
+static bool add_fresnel(making *m, const shd_material *from, const shd_plan_material *material,
+                        shd_arena *arena) {
+    const shd_texture *texture = from->fresnel.f0_texture;
+    if (!texture || !material->lobe_count) return true;
+    shd_plan_slot *slot = shd_arena_zalloc(arena, 1, sizeof *slot);
+    if (!slot) return false;
+    slot->name = texture->name;
+    slot->pattern = take_pattern(m, &texture->pattern, slot->field);
+    memcpy(m->out->f0[0], texture->low, sizeof texture->low);
+    memcpy(m->out->f0[1], texture->high, sizeof texture->high);
+    m->out->fresnel = slot;
+    return true;
+}
+
 static void follow_rays(const shd_material *from, shd_plan_textures *out) {
     const shd_texture *textures[SHD_RAY_COEFFICIENTS] = {
         [SHD_RAY_OPACITY] = from->opacity_texture,
@@ -99,7 +121,7 @@ bool shd_plan_textures_make(const shd_plan *plan, const shd_ambience *ambient, s
                             shd_arena *arena, shd_plan_material *material) {
     const shd_material *from = material->from;
     if (!shd_is_textured(from)) return true;
-    const size_t most = 3 + material->lobe_count;
+    const size_t most = 4 + material->lobe_count;
     making m = {.plan = plan,
                 .ambient = ambient,
                 .slots = shd_arena_alloc(arena, most, sizeof *m.slots),
@@ -107,7 +129,9 @@ bool shd_plan_textures_make(const shd_plan *plan, const shd_ambience *ambient, s
                 .out = shd_arena_zalloc(arena, 1, sizeof *m.out)};
     shd_plan_material *low = shd_arena_alloc(arena, 1, sizeof *low);
     shd_plan_lobe *lobes = shd_arena_alloc(arena, material->lobe_count, sizeof *lobes);
-    if (!m.slots || !m.patterns || !m.out || !low || !lobes) return false;
+    if (!m.slots || !m.patterns || !m.out || !low || !lobes ||
+        !add_fresnel(&m, from, material, arena))
+        return false;
     *low = *material;
     m.out->grey = true;
     if (from->emissive_texture && material->has_emissive)
@@ -124,7 +148,7 @@ bool shd_plan_textures_make(const shd_plan *plan, const shd_ambience *ambient, s
     m.out->slots = m.slots;
     m.out->patterns = m.patterns;
     follow_rays(from, m.out);
-    if (m.out->slot_count || m.out->rayed) material->textures = m.out;
+    if (m.out->slot_count || m.out->rayed || m.out->fresnel) material->textures = m.out;
     return true;
 }
 

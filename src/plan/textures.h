@@ -43,7 +43,11 @@ typedef struct shd_plan_textures {
     size_t pattern_count, field_count;
     const shd_plan_material *low; /* the material in its low colors */
     shd_ray_texture rays[SHD_RAY_COEFFICIENTS];
-    bool rayed;    /* some of these is one */
+    bool rayed; /* some of these is one */
+    /* What Cook-Torrance's facets mirror at a right angle, which is no factor of their light and so
+     * has no sums: where its fields are 0 and 1. NULL: it is one color. */
+    const shd_plan_slot *fresnel;
+    double f0[2][3];
     bool grey;     /* channels are equal in all of the slots' colors */
     bool negative; /* some color has a component below 0 */
     bool hued;     /* some pattern of a slot gives each component its own field */
@@ -81,10 +85,11 @@ static inline void shd_texture_part(const shd_texture *texture, size_t part, dou
     }
 }
 
-/* The texture of what the facets of microgeometry reflect, which is no factor of its light: that is
- * another one at each point. NULL: there is none. */
+/* The texture of what facets reflect - of microgeometry its color, of Cook-Torrance's fresnel.f0 -
+ * which is no factor of their light: that is another one at each point. NULL: there is none. */
 static inline const shd_plan_slot *shd_facet_slot(const shd_plan_material *m) {
     const size_t count = m->model == SHD_MODEL_WESTIN && m->textures ? m->textures->slot_count : 0;
+    if (m->model == SHD_MODEL_COOK_TORRANCE && m->textures) return m->textures->fresnel;
     for (size_t e = 0; e < count; e++)
         if (m->textures->slots[e].of == SHD_SLOT_TERM) return &m->textures->slots[e];
     return NULL;

@@ -41,14 +41,30 @@ static shd_status add_glows(shd_rendering *r, shd_arena *arena, const shd_plan *
     return SHD_OK;
 }
 
+/* A draft of the scene: the one of the same scene with another accuracy, if there is one. */
+static bool make_draft(const shd_scene *scene, shd_isa isa, const atomic_bool *cancelled,
+                       shd_arena *arena, const shd_plan **drafted, const shd_plan **out) {
+    if (!drafted || !*drafted) {
+        const bool made = shd_plan_draft(scene, isa, false, cancelled, arena, out);
+        if (made && drafted) *drafted = *out;
+        return made;
+    }
+    shd_plan *plan = shd_arena_alloc(arena, 1, sizeof *plan);
+    if (!plan) return false;
+    *plan = **drafted;
+    plan->scene = scene;
+    *out = plan;
+    return true;
+}
+
 static shd_status make_plan(shd_rendering *r, const shd_scene *scene, shd_isa isa,
                             const shd_shown *shown, const shd_westin *const *tables,
-                            const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
-                            shd_error *error) {
+                            const atomic_bool *cancelled, shd_arena *arena,
+                            const shd_plan **drafted, const shd_plan **out, shd_error *error) {
     const shd_plan *draft;
     shd_choice choice;
     shd_status status = SHD_MEMORY;
-    if (shd_plan_draft(scene, isa, false, cancelled, arena, &draft) &&
+    if (make_draft(scene, isa, cancelled, arena, drafted, &draft) &&
         add_tables(tables, arena, &draft))
         status = add_glows(r, arena, &draft, error);
     if (status == SHD_OK)
@@ -65,15 +81,17 @@ static shd_status make_plan(shd_rendering *r, const shd_scene *scene, shd_isa is
 shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, const shd_shown *shown,
                          const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
                          shd_error *error) {
-    return make_plan(NULL, scene, isa, shown, NULL, cancelled, arena, out, error);
+    return make_plan(NULL, scene, isa, shown, NULL, cancelled, arena, NULL, out, error);
 }
 
 shd_status shd_rendering_plan_for(shd_rendering *r, const shd_scene *scene, const shd_shown *shown,
-                                  const shd_plan **out, shd_error *error) {
+                                  const shd_plan **drafted, const shd_plan **out,
+                                  shd_error *error) {
     const shd_westin *const *tables;
     const shd_status status = shd_rendering_simulate(r, scene, &tables, error);
     if (status != SHD_OK) return status;
-    return make_plan(r, scene, r->engine->isa, shown, tables, r->cancelled, r->arena, out, error);
+    return make_plan(r, scene, r->engine->isa, shown, tables, r->cancelled, r->arena, drafted, out,
+                     error);
 }
 
 shd_status shd_scene_exactly(const shd_scene *scene, shd_arena *arena, const shd_scene **out,
@@ -89,13 +107,15 @@ shd_status shd_scene_exactly(const shd_scene *scene, shd_arena *arena, const shd
 
 shd_status shd_rendering_plan(shd_rendering *r, const shd_scene *scene, shd_error *error) {
     const shd_shown *shown = NULL;
+    const shd_plan *drafted = NULL;
     shd_status status = shd_shown_make(r, scene, &shown, error);
     if (status != SHD_OK) return status;
-    status = shd_rendering_plan_for(r, scene, shown, &r->plan, error);
+    status = shd_rendering_plan_for(r, scene, shown, &drafted, &r->plan, error);
     /* The exact tier leaves more to a lossy format than a part of the budget would. */
     if (status == SHD_SCENE && shd_is_shared(&scene->accuracy)) {
         status = shd_scene_exactly(scene, r->arena, &scene, error);
-        if (status == SHD_OK) status = shd_rendering_plan_for(r, scene, shown, &r->plan, error);
+        if (status == SHD_OK)
+            status = shd_rendering_plan_for(r, scene, shown, &drafted, &r->plan, error);
     }
     return status;
 }

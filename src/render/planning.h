@@ -12,9 +12,11 @@ shd_status shd_plan_make(const shd_scene *scene, shd_isa isa, const shd_shown *s
                          const atomic_bool *cancelled, shd_arena *arena, const shd_plan **out,
                          shd_error *error);
 
-/* Simulates what microgeometry the scene has, and plans with that for the engine's kernels. */
+/* Simulates what microgeometry the scene has, and plans with that for the engine's kernels.
+ * *drafted is the draft of an earlier plan of the same scene, which differs by its accuracy alone,
+ * or NULL, for which it is set; `drafted` may be NULL. */
 shd_status shd_rendering_plan_for(shd_rendering *r, const shd_scene *scene, const shd_shown *shown,
-                                  const shd_plan **out, shd_error *error);
+                                  const shd_plan **drafted, const shd_plan **out, shd_error *error);
 
 /* The scene's plan, for its outputs: sets r->plan. If no plan meets the part of a budget that lossy
  * formats leave, it is the exact tier's, which may then have all of it. */

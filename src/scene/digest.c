@@ -160,6 +160,7 @@ static void put_textures(sink *s, const shd_material *m) {
     put_texture(s, m->normal_texture, SIZE_MAX - 1);
     put_texture(s, m->reflection_texture, SIZE_MAX - 2);
     put_texture(s, m->transmission_texture, SIZE_MAX - 3);
+    put_texture(s, m->fresnel.f0_texture, SIZE_MAX - 4);
     for (size_t k = 0; m->lobe_textures && k < m->lobe_count; k++)
         put_texture(s, m->lobe_textures[k], 3 + k);
     for (size_t k = 0; m->lobe_gloss && k < m->lobe_count; k++)

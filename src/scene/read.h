@@ -208,6 +208,8 @@ bool shd_read_numbers(shd_reader *r, const shd_node *node, shd_texture *out);
 shd_field_read shd_read_normal_map; /* const shd_texture * */
 shd_field_read shd_read_bounced;    /* double[3]: its reflection or transmission; the most of one */
 shd_field_read shd_read_bounced_texture; /* the same of one */
+/* A reflectance of a color, a spectrum, or a pattern or picture of 0 to 1, whose most is read. */
+shd_field_read shd_read_reflectance;
 
 /* Whether the material has what only rays show. */
 bool shd_is_rayed(const shd_material *material);

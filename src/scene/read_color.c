@@ -133,12 +133,12 @@ static bool is_misplaced(shd_reader *r, const shd_node *node) {
         shd_wrong(
             r, &pattern,
             "a pattern has no place here: emissive, ambient, diffuse, specular, the specular of "
-            "lobes, opacity, reflection, transmission and normal may be patterns");
+            "lobes, a fresnel's f0, opacity, reflection, transmission and normal may be patterns");
     else if (texture.value)
         shd_wrong(
             r, &texture,
             "a picture has no place here: emissive, ambient, diffuse, specular, the specular of "
-            "lobes, opacity, reflection and transmission may be pictures");
+            "lobes, a fresnel's f0, opacity, reflection and transmission may be pictures");
     return pattern.value || texture.value;
 }
 

@@ -98,8 +98,9 @@ void shd_read_fresnel(shd_reader *r, const shd_node *node, void *out) {
     static const shd_range index = {0, 1e6, true, false, "greater than 0 and at most 1000000"},
                            extinction = {0, 1e6, false, false, "0 to 1000000"};
     static const shd_field fields[] = {
-        {"f0", shd_read_color_or_spectrum, .offset = offsetof(raw_fresnel, f0), .mark = F0,
-         .curve = offsetof(raw_fresnel, index.f0_curve)},
+        {"f0", shd_read_reflectance, .offset = offsetof(raw_fresnel, f0), .mark = F0,
+         .curve = offsetof(raw_fresnel, index.f0_curve),
+         .texture = offsetof(raw_fresnel, index.f0_texture)},
         {"n", read_refraction, offsetof(raw_fresnel, index), .range = &index, .mark = N},
         {"k", read_absorption, offsetof(raw_fresnel, index), .range = &extinction, .mark = K},
     };

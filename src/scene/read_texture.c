@@ -321,23 +321,25 @@ void shd_read_coefficient(shd_reader *r, const shd_node *node, void *out) {
     *place = texture;
 }
 
-/* ---- What rays go by ---- */
+/* ---- Shares of light: what rays go by, and what facets mirror ---- */
 
-/* Holds the ends of a texture's range to what a coefficient of rays may be, from 0 to `most`.
- * False: one is not `expected`, which is reported. */
-static bool are_shares(shd_reader *r, const shd_node *node, double most, const char *expected,
-                       double ends[2][3]) {
+/* Reads one whose ends, held to that, are from 0 to `most`. NULL: it is not as `expected`. */
+static const shd_texture *read_shares(shd_reader *r, const shd_node *node, int kind, double most,
+                                      const char *expected, double ends[2][3]) {
     static const double SLACK = 1e-6; /* rounding of color conversion */
+    const shd_texture *texture = read_texture(r, node, kind);
+    if (!texture) return NULL;
+    shd_texture_ends(texture, ends);
     for (size_t e = 0; e < 2; e++)
         for (int c = 0; c < 3; c++) {
             double *end = &ends[e][c];
             if (!(*end >= -SLACK && *end <= most + SLACK)) {
                 shd_wrong(r, node, "%s in every channel, and this has %.9g", expected, *end);
-                return false;
+                return NULL;
             }
             *end = shd_smaller(shd_larger(*end, 0), most);
         }
-    return true;
+    return texture;
 }
 
 void shd_read_opacity_texture(shd_reader *r, const shd_node *node, void *out) {
@@ -346,10 +348,9 @@ void shd_read_opacity_texture(shd_reader *r, const shd_node *node, void *out) {
     bool opaque = true;
     *place = NULL;
     clear_curve(r, out);
-    const shd_texture *texture = read_texture(r, node, PLAIN_PICTURE);
+    const shd_texture *texture =
+        read_shares(r, node, PLAIN_PICTURE, 1, "an opacity is from 0 to 1", ends);
     if (!texture) return;
-    shd_texture_ends(texture, ends);
-    if (!are_shares(r, node, 1, "an opacity is from 0 to 1", ends)) return;
     for (int c = 0; c < 3; c++) {
         least[c] = shd_smaller(ends[0][c], ends[1][c]);
         opaque = opaque && least[c] == 1;
@@ -363,15 +364,26 @@ void shd_read_bounced_texture(shd_reader *r, const shd_node *node, void *out) {
     bool any = false;
     *place = NULL;
     clear_curve(r, out);
-    const shd_texture *texture = read_texture(r, node, SHD_PICTURE);
-    if (!texture) return;
-    shd_texture_ends(texture, ends);
-    if (!are_shares(r, node, INFINITY, "must be 0 or more", ends)) return;
-    for (int c = 0; c < 3; c++) {
+    const shd_texture *texture =
+        read_shares(r, node, SHD_PICTURE, INFINITY, "must be 0 or more", ends);
+    for (int c = 0; texture && c < 3; c++) {
         most[c] = shd_larger(ends[0][c], ends[1][c]);
         any = any || most[c] > 0;
     }
     if (any && r->scene->trace.depth > 0) *place = texture;
+}
+
+void shd_read_reflectance(shd_reader *r, const shd_node *node, void *out) {
+    const shd_texture **place = place_of(r, out);
+    double *most = out, ends[2][3];
+    *place = NULL;
+    if (!json_object_get(node->value, "texture") && !json_object_get(node->value, "pattern")) {
+        shd_read_color_or_spectrum(r, node, out);
+        return;
+    }
+    clear_curve(r, out);
+    *place = read_shares(r, node, SHD_PICTURE, 1, "a reflectance is from 0 to 1", ends);
+    for (int c = 0; *place && c < 3; c++) most[c] = shd_larger(ends[0][c], ends[1][c]);
 }
 
 /* ---- Numbers ---- */
@@ -458,6 +470,7 @@ bool shd_same_textures(const shd_material *a, const shd_material *b) {
     if (!same_texture(a->emissive_texture, b->emissive_texture) ||
         !same_texture(a->ambient_texture, b->ambient_texture) ||
         !same_texture(a->diffuse_texture, b->diffuse_texture) ||
+        !same_texture(a->fresnel.f0_texture, b->fresnel.f0_texture) ||
         !same_texture(a->opacity_texture, b->opacity_texture) ||
         !same_texture(a->reflection_texture, b->reflection_texture) ||
         !same_texture(a->transmission_texture, b->transmission_texture) ||

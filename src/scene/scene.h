@@ -116,6 +116,9 @@ typedef struct shd_fresnel {
     double n[3], k[3];
     const shd_curve *n_curve, *k_curve;
     const shd_curve *f0_curve; /* the reflectance at a right angle, instead of both */
+    /* The same as a pattern or a picture, whose values are held within 0 to 1; n is then of the
+     * most that it is in each channel, and k 0. NULL: it is one color. */
+    const shd_texture *f0_texture;
 } shd_fresnel;
 
 typedef enum shd_microgeometry_type {
@@ -185,7 +188,7 @@ typedef struct shd_material {
 /* Whether any of a material's coefficients or exponents is a pattern, or its normal a map. */
 static inline bool shd_is_textured(const shd_material *m) {
     return m->emissive_texture || m->ambient_texture || m->diffuse_texture || m->lobe_textures ||
-           m->lobe_gloss || m->opacity_texture || m->reflection_texture ||
+           m->lobe_gloss || m->fresnel.f0_texture || m->opacity_texture || m->reflection_texture ||
            m->transmission_texture || m->normal_texture;
 }
 

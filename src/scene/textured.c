@@ -77,6 +77,11 @@ void shd_check_textured(shd_reader *r, const shd_node *node, const shd_object *o
         shd_wrong(r, node, "a material with %s needs `uvs` on a mesh",
                   material->normal_texture ? "a map of normals" : "a pattern or a picture");
     check_bins(r, node, material);
+    if (material->fresnel.f0_texture && object->interpolation != SHD_PHONG)
+        shd_wrong(r, node,
+                  "a fresnel `f0` that is a pattern or a picture needs interpolation phong: what "
+                  "facets mirror is another share at each angle, so that `f0` is no factor of the "
+                  "light that faces or corners have");
     if (material->model != SHD_MODEL_WESTIN) return;
     if (material->diffuse_texture && object->interpolation != SHD_PHONG)
         shd_wrong(r, node,

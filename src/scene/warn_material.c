@@ -21,13 +21,16 @@ static shd_lobe widest_lobe(const shd_material *m, size_t index) {
  * 2 specular / (shininess + 2), since the lobe (R.V)^n holds 2 pi / (n + 2) of the hemisphere's pi.
  * Light from aside is sent on by more. */
 static double most_reflected(const shd_material *m) {
+    /* Patterns of metal and of what is none: the one is where the other is not. */
+    const bool by_turns = m->diffuse_texture && m->fresnel.f0_texture;
     double most = 0;
     for (int c = 0; c < 3; c++) {
-        double direct = m->diffuse[c];
+        double direct = m->diffuse[c], lobes = 0;
         for (size_t i = 0; i < m->lobe_count; i++) {
             const shd_lobe lobe = widest_lobe(m, i);
-            direct += lobe.specular[c] * shd_lobe_albedo(m, &lobe);
+            lobes += lobe.specular[c] * shd_lobe_albedo(m, &lobe);
         }
+        direct = by_turns ? shd_larger(direct, lobes) : direct + lobes;
         most = shd_larger(m->ambient[c], shd_larger(direct, most)); /* NAN is left out */
     }
     return most;

@@ -140,7 +140,8 @@ static void weigh_facets(const shd_surface *at, const shd_lobe *lobe, shd_vec3 h
     /* G / N.V, so that nothing is divided by an N.V near 0 that G takes back. */
     const double open =
         fmin(fmin(1 / viewing, 2 * upright / bent), 2 * upright * facing / (bent * viewing));
-    const shd_fresnel *index = at->index ? at->index : &at->material->from->fresnel;
+    shd_fresnel own;
+    const shd_fresnel *index = shd_index_at(at, &own);
     for (int c = 0; c < 3; c++) out[c] = shd_fresnel_reflectance(index, c, bent) * d * open / 4;
 }
 

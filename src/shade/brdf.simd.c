@@ -43,14 +43,24 @@ SHD_INLINE void add_colors(const tints *t, size_t term, const shd_vd weights[3],
 
 /* ---- Lobes that differ from point to point ---- */
 
-/* A row of points->sharp in the vector from point i on. */
-SHD_INLINE shd_vd load_sharp(const shd_sums_job *job, size_t row, size_t i) {
-    const double *from = job->points->sharp[row] + job->points->sharp_at + i;
+/* The vector from point i on of a row of points. */
+SHD_INLINE shd_vd load_row(const shd_sums_job *job, const double *row, size_t i) {
+    const double *from = row + i;
     const size_t left = job->count - i;
     double held[VW];
     if (left >= VW) return shd_vd_load(from);
     for (size_t k = 0; k < VW; k++) held[k] = from[k < left ? k : left - 1];
     return shd_vd_load(held);
+}
+
+/* The same of a row of points->sharp. */
+SHD_INLINE shd_vd load_sharp(const shd_sums_job *job, size_t row, size_t i) {
+    return load_row(job, job->points->sharp[row] + job->points->sharp_at, i);
+}
+
+/* The same of one of points->facets. */
+SHD_INLINE shd_vd load_index(const shd_sums_job *job, size_t channel, size_t i) {
+    return load_row(job, job->points->facets[channel] + job->points->facets_at, i);
 }
 
 /* Lobe k of the job, of Phong's or Blinn's, in lanes that are lit, of log(1 - off): in lanes whose
@@ -115,13 +125,18 @@ SHD_INLINE void add_bins(const shd_sums_job *job, uint32_t index, shd_md seen,
     }
 }
 
-SHD_INLINE void add_mirrored(const shd_sums_job *job, const tints *t, shd_md seen,
-                             const shd_vd *weights, shd_vd c2, shd_vd s2, shd_vd *sums) {
+/* `own`: the index differs from point to point. */
+SHD_INLINE void add_mirrored(const shd_sums_job *job, const tints *t, size_t i, bool own,
+                             shd_md seen, const shd_vd *weights, shd_vd c2, shd_vd s2,
+                             shd_vd *sums) {
     const shd_fresnel *of = &job->material->from->fresnel;
     shd_vd mirrored[3];
     for (int c = 0; c < 3; c++) {
         const bool again = c && of->n[c] == of->n[0] && of->k[c] == of->k[0];
-        mirrored[c] = again ? mirrored[0] : mirror_lanes(of->n[c], of->k[c], c2, s2);
+        if (own)
+            mirrored[c] = mirror_each(load_index(job, (size_t)c, i), c2, s2);
+        else
+            mirrored[c] = again ? mirrored[0] : mirror_lanes(of->n[c], of->k[c], c2, s2);
     }
     for (size_t k = 0; k < job->lobe_count; k++) {
         shd_vd colors[3];
@@ -131,7 +146,8 @@ SHD_INLINE void add_mirrored(const shd_sums_job *job, const tints *t, shd_md see
 }
 
 SHD_INLINE void add_facets(const shd_sums_job *job, uint32_t index, const tints *t, size_t i,
-                           bool sharp, const arrival *by, const pairing *p, shd_vd *sums) {
+                           bool sharp, bool own, const arrival *by, const pairing *p,
+                           shd_vd *sums) {
     const shd_plan_lobe *lobes = job->material->lobes + job->first_lobe;
     const shd_vd quarter = shd_vd_set(0.25);
     const shd_md seen = see_facets(by->lit, p);
@@ -147,7 +163,7 @@ SHD_INLINE void add_facets(const shd_sums_job *job, uint32_t index, const tints 
     if (job->material->indices)
         add_bins(job, index, seen, weights, p->lv * quarter, p->apart * quarter, sums + 3);
     else
-        add_mirrored(job, t, seen, weights, p->lv * quarter, p->apart * quarter, sums + 3);
+        add_mirrored(job, t, i, own, seen, weights, p->lv * quarter, p->apart * quarter, sums + 3);
 }
 
 /* ---- Sums ---- */
@@ -168,7 +184,7 @@ __attribute__((noinline, cold)) static void add_left(const shd_sums_job *job, ui
 
 /* Adds one light. Returns the lanes that are left to the reference. */
 SHD_INLINE unsigned add_light(const shd_sums_job *job, uint32_t index, const points *at, size_t i,
-                              bool sharp, shd_md all, shd_vd *sums) {
+                              bool sharp, bool own, shd_md all, shd_vd *sums) {
     const shd_wide_light *light = &job->lighting->exact[index];
     arrival by;
     const unsigned left = reach_points(light, at, all, NULL, &by);
@@ -182,7 +198,7 @@ SHD_INLINE unsigned add_light(const shd_sums_job *job, uint32_t index, const poi
     add_grey(&t, 0, shd_vd_mul_in(by.lit, by.factor, weigh_diffuse(job->material, by.facing, &p)),
              sums);
     if (model == SHD_MODEL_COOK_TORRANCE)
-        add_facets(job, index, &t, i, sharp, &by, &p, sums);
+        add_facets(job, index, &t, i, sharp, own, &by, &p, sums);
     else
         add_shine(job, &t, at, i, sharp, &by, &p, sums);
     return left;
@@ -322,8 +338,8 @@ static void sum_westin(const shd_sums_job *job) {
     }
 }
 
-/* `sharp`: lobes differ from point to point. */
-SHD_INLINE void sum_brdf(const shd_sums_job *job, bool sharp) {
+/* `sharp`: lobes differ from point to point; `own`: what facets mirror does. */
+SHD_INLINE void sum_brdf(const shd_sums_job *job, bool sharp, bool own) {
     const shd_wide_light *lights = job->lighting->exact;
     const double scale = job->lighting->plan->scale;
     const bool closed = is_closed(job->material);
@@ -348,7 +364,7 @@ SHD_INLINE void sum_brdf(const shd_sums_job *job, bool sharp) {
                 return; /* some of them take microseconds */
             const bool held = lights[index].kind != SHD_KIND_WIDE;
             if (held && !shape && !alone)
-                left = add_light(job, index, &at, i, sharp, all, sums);
+                left = add_light(job, index, &at, i, sharp, own, all, sums);
             else if (held && !sharp && job->material->model == SHD_MODEL_PHONG)
                 left = add_shape(job, index, closed, &at, sums);
             if (count < VW) left &= (1u << count) - 1;
@@ -361,8 +377,10 @@ SHD_INLINE void sum_brdf(const shd_sums_job *job, bool sharp) {
 void SHD_VARIANT(shd_brdf64)(const shd_sums_job *job) {
     if (job->material->model == SHD_MODEL_WESTIN)
         sum_westin(job);
+    else if (job->points->facets)
+        sum_brdf(job, job->points->sharp, true);
     else if (job->points->sharp)
-        sum_brdf(job, true);
+        sum_brdf(job, true, false);
     else
-        sum_brdf(job, false);
+        sum_brdf(job, false, false);
 }

@@ -182,7 +182,7 @@ static shd_surface surface_of(const shd_points64 *points, size_t i,
                       .sharp = points->sharp,
                       .sharp_at = points->sharp_at + i,
                       .facets = points->facets,
-                      .facets_at = i,
+                      .facets_at = points->facets_at + i,
                       .known = points->known,
                       .known_at = points->known_at + i};
     if (points->triangle) at.triangle = points->triangle[i];

@@ -158,15 +158,6 @@ void shd_far_shift(const shd_far *from, shd_far *to) {
     to->lights += from->lights;
 }
 
-void shd_far_add_bunch(const shd_bunches *bunches, const shd_bunch *bunch, shd_far *to) {
-    double d[SHD_FAR_TERMS];
-    derive_potential(&bunches->falls[bunch->fall], shd_sub(bunch->center, to->center), to->degree,
-                     d);
-    for (int c = 0; c < to->channels; c++)
-        shift_terms(bunch->moments[c], d, to->degree, to->terms[c]);
-    to->lights += bunch->end - bunch->first;
-}
-
 /* ---- Kernels. ---- */
 
 const shd_far_kernel *shd_far_kernel_of(shd_isa isa) {

@@ -39,9 +39,6 @@ void shd_far_add(const shd_plan_light *light, shd_far *to);
 /* Adds what `from` tells, about another center. Both have the same channels. */
 void shd_far_shift(const shd_far *from, shd_far *to);
 
-/* Adds all lights of a bunch. */
-void shd_far_add_bunch(const shd_bunches *bunches, const shd_bunch *bunch, shd_far *to);
-
 /* What lights are looked at from: points within a sphere, and cones around their normals and
  * mirrored views. */
 enum { SHD_FAR_LOBES = 8 };
@@ -81,6 +78,9 @@ typedef struct shd_far_kernel {
                             const uint32_t *indices, size_t count, shd_far_look *out);
     /* Adds them. */
     void (*add)(const shd_bunches *bunches, const uint32_t *places, size_t count, shd_far *to);
+    /* Adds all lights of bunches, by indices in bunches->list. */
+    void (*add_bunches)(const shd_bunches *bunches, const uint32_t *indices, size_t count,
+                        shd_far *to);
     /* Adds the sum of N.E Il to the points' rows, those of points32 in the plan's frame. Sums below
      * 0 are 0: lights' colors must not be negative. Rounds once. */
     void (*light)(const shd_plan *plan, const shd_far *far, size_t count,

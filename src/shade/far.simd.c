@@ -3,26 +3,14 @@
 #include <math.h>
 #include <string.h>
 
-#include "base/simd.h"
-#include "shade/far.h"
-#include "shade/far_terms.h"
+#include "shade/far_simd.h"
 
-/* Lights and points are taken eight at a time whatever the width of vectors, so that sums are the
- * same. */
-enum { LANES = 8, WIDE = SHD_W / 2, SLOWLY = 6 /* squarings of exp */ };
-
-typedef double lanes[LANES];
+enum { SLOWLY = 6 /* squarings of exp */ };
 
 static const double MARGIN = 1e-6; /* as bound/light/pieces.h has it */
 
-#define EACH for (int i = 0; i < LANES; i++)
-
 static inline double greater(double a, double b) {
     return a > b ? a : b;
-}
-
-SHD_INLINE shd_vd vd(double a) {
-    return shd_vd_set(a);
 }
 
 SHD_INLINE shd_vd lesser_vd(shd_vd a, shd_vd b) {
@@ -39,35 +27,6 @@ SHD_INLINE shd_vd where(shd_vd x, shd_vd y, shd_vd a, shd_vd b) {
 }
 
 /* ---- Lights at a patch. ---- */
-
-typedef struct rows {
-    lanes x, y, z, a, b, c, gain, least, color[3];
-    lanes radius; /* of where its light may be; 0: it is one light */
-} rows;
-
-static void load_rows(const shd_bunches *bunches, const shd_bunch_row *from, const uint32_t *which,
-                      size_t some, rows *r) {
-    const bool alike = bunches->roots == 1; /* a tree's lights fall off alike */
-    for (size_t i = 0; i < LANES; i++) {
-        const shd_bunch_row *row = &from[which[i < some ? i : some - 1]];
-        r->x[i] = row->position.x;
-        r->y[i] = row->position.y;
-        r->z[i] = row->position.z;
-        r->gain[i] = row->gain;
-        for (int c = 0; c < 3; c++) r->color[c][i] = row->color[c];
-        r->radius[i] = row->radius;
-        if (alike) continue;
-        r->a[i] = row->a;
-        r->b[i] = row->b;
-        r->c[i] = row->c;
-        r->least[i] = row->least;
-    }
-    if (!alike) return;
-    EACH r->a[i] = from->a;
-    EACH r->b[i] = from->b;
-    EACH r->c[i] = from->c;
-    EACH r->least[i] = from->least;
-}
 
 /* Cosine and sine of a sum of angles: -1 and 0 if it is more than 180 degrees, or not known. */
 SHD_INLINE void add_angles(shd_vd cosine, shd_vd sine, shd_angle in, shd_vd known,
@@ -270,59 +229,17 @@ static void look_at_lights(const shd_bunches *bunches, const shd_far_patch *patc
     EACH sums->most += most[i];
 }
 
-/* ---- Derivatives of the potential: see far.c. ---- */
+/* ---- Sums of derivatives. ---- */
 
-/* Adds those of lights, of the color that they have. */
-SHD_INLINE void derive_lanes(const rows *r, shd_vec3 center, int last, int channels,
-                             lanes (*to)[SHD_FAR_TERMS]) {
-    for (int v = 0; v < LANES; v += WIDE) {
-        const shd_vd x = shd_vd_load(r->x + v) - center.x, y = shd_vd_load(r->y + v) - center.y,
-                     z = shd_vd_load(r->z + v) - center.z, d = shd_vd_sqrt(x * x + y * y + z * z),
-                     over = 1 / d, n[3] = {x * over, y * over, z * over};
-        const shd_vd a = shd_vd_load(r->a + v) * d, b = shd_vd_load(r->b + v) * d * d,
-                     c = shd_vd_load(r->c + v) * d * d * d;
-        shd_vd fall[6], g[6], all[SHD_FAR_TERMS + 1], unit = d;
-        for (int k = 0; k < last; k++)
-            fall[k] = a * shd_far_root[k] + (k < 2 ? b : vd(0)) + c * shd_far_cube[k];
-        const shd_vd part = 1 / fall[0];
-        g[0] = shd_vd_load(r->gain + v) * part;
-        for (int k = 1; k < last; k++) {
-            shd_vd sum = fall[1] * g[k - 1];
-            for (int i = 2; i <= k; i++) sum += fall[i] * g[k - i];
-            g[k] = -sum * part;
-        }
-        all[0] = shd_far_factor[last - 1] * g[last - 1];
-#pragma GCC unroll 6
-        for (int j = last - 1; j >= 0; j--) {
-#pragma GCC unroll 6
-            for (int degree = last - j; degree > 0; degree--)
-#pragma GCC unroll 7
-                for (int s = 0; s <= degree; s++)
-#pragma GCC unroll 7
-                    for (int k = 0; k <= s; k++) {
-                        const shd_far_step step = shd_far_step_of(degree, s, k);
-                        shd_vd sum = -n[step.axis] * all[step.once];
-                        if (step.times) sum += step.times * all[step.twice];
-                        all[shd_monomials_below(degree) + shd_monomial(s, k)] = sum;
-                    }
-            if (j) all[0] = shd_far_factor[j - 1] * g[j - 1];
-        }
-#pragma GCC unroll 6
-        for (int degree = 1; degree <= last; degree++, unit *= over)
-            for (int color = 0; color < channels; color++) {
-                const shd_vd by = shd_vd_load(r->color[color] + v) * unit;
-                for (size_t k = shd_monomials_below(degree); k < shd_monomials_below(degree + 1);
-                     k++)
-                    shd_vd_store(to[color][k - 1] + v,
-                                 shd_vd_load(to[color][k - 1] + v) + by * all[k]);
-            }
-    }
+SHD_INLINE void end_terms(term_lanes sums, int terms, shd_far *to) {
+    for (int c = 0; c < to->channels; c++)
+        for (int k = 0; k < terms; k++) EACH to->terms[c][k] += sums[c][k][i];
 }
 
 SHD_INLINE void add_terms(const shd_bunches *bunches, const uint32_t *which, size_t count,
                           int degree, shd_far *to) {
     const int terms = (int)shd_monomials_below(degree + 1) - 1;
-    lanes sums[3][SHD_FAR_TERMS];
+    term_lanes sums;
     for (int c = 0; c < to->channels; c++) memset(sums[c], 0, (size_t)terms * sizeof(lanes));
     for (size_t first = 0; first < count; first += LANES) {
         const size_t some = count - first < LANES ? count - first : LANES;
@@ -330,11 +247,23 @@ SHD_INLINE void add_terms(const shd_bunches *bunches, const uint32_t *which, siz
         load_rows(bunches, bunches->rows, which + first, some, &r);
         for (int c = 0; c < to->channels; c++)
             for (size_t i = some; i < LANES; i++) r.color[c][i] = 0;
-        derive_lanes(&r, to->center, degree, to->channels, sums);
+        derive_lights(&r, to->center, degree, to->channels, sums);
     }
-    for (int c = 0; c < to->channels; c++)
-        for (int k = 0; k < terms; k++) EACH to->terms[c][k] += sums[c][k][i];
+    end_terms(sums, terms, to);
     to->lights += count;
+}
+
+SHD_INLINE void add_moments(const shd_bunches *bunches, const uint32_t *which, size_t count,
+                            int degree, shd_far *to) {
+    const int terms = (int)shd_monomials_below(degree + 1) - 1;
+    term_lanes sums;
+    for (int c = 0; c < to->channels; c++) memset(sums[c], 0, (size_t)terms * sizeof(lanes));
+    for (size_t first = 0; first < count; first += LANES)
+        derive_bunches(bunches, which + first, count - first < LANES ? count - first : LANES,
+                       to->center, degree, to->channels, sums);
+    end_terms(sums, terms, to);
+    for (size_t i = 0; i < count; i++)
+        to->lights += bunches->list[which[i]].end - bunches->list[which[i]].first;
 }
 
 static void add_lights(const shd_bunches *bunches, const uint32_t *which, size_t count,
@@ -345,6 +274,17 @@ static void add_lights(const shd_bunches *bunches, const uint32_t *which, size_t
         add_terms(bunches, which, count, 4, to);
     else
         add_terms(bunches, which, count, 3, to);
+}
+
+static void add_bunches(const shd_bunches *bunches, const uint32_t *which, size_t count,
+                        shd_far *to) {
+    if (!count) return;
+    if (to->degree > 4)
+        add_moments(bunches, which, count, 6, to);
+    else if (to->degree > 3)
+        add_moments(bunches, which, count, 4, to);
+    else
+        add_moments(bunches, which, count, 3, to);
 }
 
 /* ---- Points. ---- */
@@ -432,4 +372,4 @@ static void light_points(const shd_plan *plan, const shd_far *far, size_t count,
 }
 
 const shd_far_kernel SHD_VARIANT(shd_far_kernel) = {look_at_lights, look_at_bunches, add_lights,
-                                                    light_points};
+                                                    add_bunches, light_points};

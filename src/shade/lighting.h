@@ -61,9 +61,11 @@ typedef struct shd_points64 {
      * own. */
     const double *const *sharp;
     size_t sharp_at;
-    /* [channel][point]: what the facets of microgeometry reflect there; NULL: what the material's
-     * do */
+    /* [channel] at [facets_at + point]: what the facets of microgeometry reflect there, or the
+     * index n of Cook and Torrance's, 1 and more, infinite too, whose k is 0; NULL: what the
+     * material's do */
     const double *const *facets;
+    size_t facets_at;
     const shd_known *known; /* of points from [known_at] on; NULL: nothing is */
     size_t known_at;
 } shd_points64;
@@ -84,6 +86,15 @@ typedef struct shd_surface {
     size_t known_at;
     const shd_coefficients *rays; /* what it makes of rays; NULL: the material's own */
 } shd_surface;
+
+/* The index of Cook and Torrance's facets at the point, which may be put into `own`. */
+static inline const shd_fresnel *shd_index_at(const shd_surface *at, shd_fresnel *own) {
+    if (at->index) return at->index;
+    if (!at->facets) return &at->material->from->fresnel;
+    *own = (shd_fresnel){.n = {0}};
+    for (int c = 0; c < 3; c++) own->n[c] = at->facets[c][at->facets_at];
+    return own;
+}
 
 /* The surface's own normal where a map has turned `normal`. */
 static inline shd_vec3 shd_flat_normal(const shd_surface *at) {

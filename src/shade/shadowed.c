@@ -62,6 +62,8 @@ static void take_crowd(const shd_lighting *lighting, const shd_plan_material *ma
                             .triangle = points->triangle ? points->triangle[i] : 0,
                             .sharp = points->sharp,
                             .sharp_at = points->sharp_at + i,
+                            .facets = points->facets,
+                            .facets_at = points->facets_at + i,
                             .known = points->known,
                             .known_at = points->known_at + i};
         at->mirror = shd_sub(shd_scale(at->normal, 2 * shd_dot(at->normal, at->view)), at->view);
@@ -79,6 +81,8 @@ static shd_points64 points_of(const shd_points64 *all, size_t first, size_t coun
                         .triangle = all->triangle ? all->triangle + first : NULL,
                         .sharp = all->sharp,
                         .sharp_at = all->sharp_at + first,
+                        .facets = all->facets,
+                        .facets_at = all->facets_at + first,
                         .known = all->known,
                         .known_at = all->known_at + first};
     for (int c = 0; c < 3; c++) {

@@ -96,7 +96,8 @@ SHD_INLINE void sum_shine(const shd_way_point *p, const shd_ways *w, seen_ways *
 SHD_INLINE void sum_facets(const shd_way_point *p, const shd_ways *w, const points *at,
                            seen_ways *s, double (*out)[SHD_WAY_SUMS]) {
     const shd_plan_material *m = p->at->material;
-    const shd_fresnel *of = p->at->index ? p->at->index : &m->from->fresnel;
+    shd_fresnel own;
+    const shd_fresnel *of = shd_index_at(p->at, &own);
     const shd_vd quarter = shd_vd_set(0.25);
     bool same[3] = {false, false, false};
     for (int c = 1; c < 3; c++) same[c] = of->n[c] == of->n[c - 1] && of->k[c] == of->k[c - 1];

@@ -8,7 +8,8 @@ bool shd_ways32_hold(const shd_way_point *p, double most) {
     if (m->lobe_count != 1) return false;
     if (m->model == SHD_MODEL_PHONG_NORMALIZED && !p->energies) return false;
     if (m->model != SHD_MODEL_COOK_TORRANCE) return m->lobes[0].shininess <= EXPONENT;
-    const shd_fresnel *of = p->at->index ? p->at->index : &m->from->fresnel;
+    shd_fresnel own;
+    const shd_fresnel *of = shd_index_at(p->at, &own);
     for (int c = 0; c < 3; c++)
         if (!(of->n[c] <= INDEX && of->k[c] <= INDEX)) return false;
     return m->lobes[0].shininess >= ROUGHNESS;

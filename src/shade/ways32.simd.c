@@ -185,7 +185,8 @@ SHD_INLINE shd_vf mirrored(double n, double k, shd_vf c2, shd_vf s2, shd_vf c) {
 
 SHD_INLINE void sum_facets(const shd_way_point *p, const shd_ways32 *w, const place *at,
                            float *values, double (*out)[SHD_WAY_SUMS]) {
-    const shd_fresnel *of = p->at->index ? p->at->index : &p->at->material->from->fresnel;
+    shd_fresnel own;
+    const shd_fresnel *of = shd_index_at(p->at, &own);
     const double m = p->at->material->lobes[0].shininess;
     const shd_vf zero = shd_vf_set(0), one = shd_vf_set(1), quarter = shd_vf_set(0.25F),
                  inverse = shd_vf_set(1 / at->view),

@@ -92,17 +92,20 @@ int SHD_VARIANT(shd_find_nearest)(const shd_sight *sight, const shd_targets *tar
 /* The depth from which on nothing is seen any more, nor equal to what is. */
 double SHD_VARIANT(shd_end_of)(const shd_batch *b, const shd_stage *hits);
 /* t of balls; their surfaces; both, with what tiers in f32 want. */
-void SHD_VARIANT(shd_find_ball)(const shd_item *it, const shd_batch *b, double *t);
-void SHD_VARIANT(shd_place_ball)(const shd_item *it, const shd_batch *b, shd_surfaces *out);
-void SHD_VARIANT(shd_show_ball)(const shd_item *it, const shd_batch *b, double *t, shd_stage *out);
-/* In some sectors: t; what tiers in f32 want but t. */
-void SHD_VARIANT(shd_find_ball_in)(const shd_item *it, const shd_batch *b, unsigned sectors,
-                                   double *t);
-void SHD_VARIANT(shd_show_ball_in)(const shd_item *it, const shd_batch *b, unsigned sectors,
+void SHD_VARIANT(shd_find_ball)(const shd_seen_ball *own, const shd_batch *b, double *t);
+void SHD_VARIANT(shd_place_ball)(const shd_seen_ball *own, const shd_batch *b, shd_surfaces *out);
+void SHD_VARIANT(shd_show_ball)(const shd_seen_ball *own, const shd_batch *b, double *t,
+                                shd_stage *out);
+/* In some sectors: what tiers in f32 want but t. */
+void SHD_VARIANT(shd_show_ball_in)(const shd_seen_ball *own, const shd_batch *b, unsigned sectors,
                                    shd_stage *out);
-/* In all lanes, each of which hit nothing or a ball that is as far as `it`: the same. */
-void SHD_VARIANT(shd_show_balls)(const shd_sight *sight, const shd_item *it, const shd_batch *b,
-                                 shd_stage *out);
+/* Appends the hits of a stage, as shd_append_hits does, where these are balls of which tiers in f32
+ * want no more than they light: what is seen is made for the lanes that hit, and for no other.
+ * False, and nothing is done: they are not all such, or it is faster to show the one ball that is
+ * in all lanes. */
+bool SHD_VARIANT(shd_append_balls)(const shd_sight *sight, const shd_batch *b,
+                                   const shd_stage *stage, size_t hits, size_t first,
+                                   shd_hits *out);
 /* Appends the hits of a stage, whose first lane is shot `first`. */
 void SHD_VARIANT(shd_append_hits)(const shd_stage *stage, size_t hits, size_t first, shd_hits *out);
 

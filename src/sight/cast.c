@@ -31,9 +31,8 @@ void shd_hits_lay_out(const shd_plan *plan, size_t capacity, shd_scratch *memory
     const bool data = wants[SHD_LAYER_NORMAL] || wants[SHD_LAYER_POSITION] ||
                       wants[SHD_LAYER_DEPTH] || wants[SHD_LAYER_OBJECT];
     /* These ask for meshes' triangles, too. */
-    bool faceted = shd_is_traced(plan->scene) || plan->charted || plan->bent_meshes;
-    for (size_t i = 0; i < plan->scene->object_count; i++)
-        faceted = faceted || plan->scene->objects[i].interpolation != SHD_PHONG;
+    const bool faceted =
+        shd_is_traced(plan->scene) || plan->charted || plan->bent_meshes || plan->faceted;
     *out = (shd_hits){.capacity = (capacity + GROUP - 1) / GROUP * GROUP};
 #define TAKE(array, wanted)                                                                        \
     if (wanted) out->array = shd_scratch_take(memory, out->capacity, sizeof *out->array)
@@ -71,7 +70,7 @@ size_t shd_sight_shoot_block(const shd_sight *sight, shd_survey *survey, size_t 
     for (size_t first = 0; first < shots->count && !shd_is_cancelled(sight->cancelled);) {
         shd_targets known = {survey->candidates + b->first, b->count, INFINITY, true};
         if (b->next < survey->candidate_count)
-            known.beyond = sight->items[sight->order[survey->candidates[b->next]]].nearest;
+            known.beyond = sight->glances[survey->candidates[b->next]].nearest;
         first = VARIANTS[sight->plan->isa](sight, &known, shots, first, out);
         if (first < shots->count) shd_survey_further(sight, survey, block);
     }

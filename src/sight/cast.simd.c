@@ -13,11 +13,16 @@ typedef struct wants {
     bool low;   /* low32 */
     bool world; /* world32 */
     bool depth;
+    bool balls; /* balls' hits may be appended without a stage */
 } wants;
 
-/* Whether it is a ball of which a tier in f32 wants no more than it lights. */
+/* Whether a ball is quick, because a tier in f32 wants no more of it than it lights. */
+static bool shows_balls_quickly(wants want) {
+    return want.fast && !want.low && !want.world;
+}
+
 static bool is_quick(const shd_item *it, wants want) {
-    return it->ball && want.fast && !want.low && !want.world;
+    return it->ball && shows_balls_quickly(want);
 }
 
 /* ---- Other shapes, in their frames. ---- */
@@ -48,7 +53,7 @@ static void carry_rays(const shd_item *it, const shd_batch *restrict b, shd_work
 void SHD_VARIANT(shd_find_shape)(const shd_item *it, const shd_batch *b, shd_work *work,
                                  double *restrict t) {
     if (it->ball) {
-        SHD_VARIANT(shd_find_ball)(it, b, t);
+        SHD_VARIANT(shd_find_ball)(it->ball, b, t);
         return;
     }
     carry_rays(it, b, work);
@@ -147,7 +152,7 @@ static void show_surfaces(const shd_item *it, const shd_batch *b, wants want, sh
 void SHD_VARIANT(shd_place_shape)(const shd_item *it, shd_batch *b, shd_work *work, bool made) {
     SHD_ALIGNED double t[SHD_RAYS];
     if (it->ball) {
-        SHD_VARIANT(shd_place_ball)(it, b, &b->surfaces);
+        SHD_VARIANT(shd_place_ball)(it->ball, b, &b->surfaces);
         return;
     }
     if (!made) SHD_VARIANT(shd_find_shape)(it, b, work, t);
@@ -160,7 +165,7 @@ static void show_object(const shd_sight *sight, int object, shd_batch *b, shd_wo
     const shd_item *it = &sight->items[object];
     SHD_ALIGNED double t[SHD_RAYS];
     if (is_quick(it, want)) {
-        SHD_VARIANT(shd_show_ball)(it, b, t, out);
+        SHD_VARIANT(shd_show_ball)(it->ball, b, t, out);
         return;
     }
     if (it->shape == SHD_MESH)
@@ -188,8 +193,6 @@ static void take_hits(const shd_stage *restrict from, double object, wants want,
 
 /* ---- A batch. ---- */
 
-static const size_t UNSETTLED = SIZE_MAX;
-
 /* Takes what is quick from vectors of 8 lanes. */
 static void take_quick(const shd_stage *restrict from, double object, unsigned vectors,
                        shd_stage *restrict to) {
@@ -216,24 +219,6 @@ static unsigned vectors_of(const double *restrict objects, double object) {
     return vectors;
 }
 
-/* Whether the lanes that are left hit nothing but balls like `it`, and so many that it is
- * worthwhile to show them all at once. */
-static bool are_many_alike(const shd_sight *sight, const double *lanes, const shd_item *it,
-                           wants want) {
-    enum { MANY = 2 };
-    SHD_ALIGNED double left[SHD_RAYS];
-    int different = 0;
-    memcpy(left, lanes, sizeof left);
-    for (int i = 0; i < SHD_RAYS; i++) {
-        if (left[i] == SHD_NOTHING) continue;
-        const shd_item *other = &sight->items[(int)left[i]];
-        if (!is_quick(other, want) || other->far != it->far) return false;
-        shd_take_lanes(left, left[i]);
-        different++;
-    }
-    return different >= MANY;
-}
-
 /* Every object that some lane hit, in turn. */
 static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder, size_t hits,
                       wants want, shd_stage *out) {
@@ -248,12 +233,8 @@ static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder
         const shd_item *it = &sight->items[(int)object];
         shown += (int)mine;
         if (!alone && is_quick(it, want)) {
-            if (shown == (int)mine && are_many_alike(sight, left, it, want)) {
-                SHD_VARIANT(shd_show_balls)(sight, it, b, out);
-                return;
-            }
             const unsigned vectors = vectors_of(out->object, object);
-            SHD_VARIANT(shd_show_ball_in)(it, b, vectors, &part);
+            SHD_VARIANT(shd_show_ball_in)(it->ball, b, vectors, &part);
             take_quick(&part, object, vectors, out);
             continue;
         }
@@ -263,53 +244,60 @@ static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder
     }
 }
 
-/* Casts shots [first, first + SHD_RAYS), or as many as there are. Returns the hits, or `UNSETTLED`
- * if other objects than the targets may be nearer. */
-static size_t cast_batch(const shd_sight *sight, const shd_targets *targets, const shd_shots *shots,
-                         size_t first, wants want, shd_stage *out) {
-    const uint32_t *candidates = targets->objects;
-    const size_t candidate_count = targets->count;
+/* What is seen of all that the lanes hit. */
+static void show_lanes(const shd_sight *sight, shd_batch *b, int held, int holder, size_t hits,
+                       wants want, shd_stage *out) {
+    show_hits(sight, b, held, holder, hits, want, out);
+    if (!want.fast)
+        for (int c = 0; c < 3; c++) SHD_EACH_LANE(i) out->view[c][i] = -b->direction[c][i];
+}
+
+/* Casts shots [first, first + SHD_RAYS), or as many as there are, and appends the hits. False:
+ * other objects than the targets may be nearer, and nothing is appended. */
+static bool cast_batch(const shd_sight *sight, const shd_targets *targets, const shd_shots *shots,
+                       size_t first, wants want, shd_hits *hits) {
     const size_t left = shots->count - first;
     const int used = left < SHD_RAYS ? (int)left : SHD_RAYS;
-    const shd_item *one = candidate_count == 1 ? &sight->items[candidates[0]] : NULL;
-    const bool quick = one && is_quick(one, want);
+    const shd_glance *one = targets->count == 1 ? &sight->glances[targets->objects[0]] : NULL;
+    const bool quick = one && one->is_ball && shows_balls_quickly(want);
     shd_batch b;
+    shd_stage stage;
     int held = 0, holder = SHD_NOTHING;
     SHD_VARIANT(shd_make_rays)(sight, shots, first, used, &b);
     if (quick) {
-        const double object = candidates[0];
-        SHD_VARIANT(shd_show_ball)(one, &b, out->t, out);
-        SHD_EACH_LANE(i) out->object[i] = out->t[i] < INFINITY ? object : SHD_NOTHING;
+        const double object = targets->objects[0];
+        SHD_VARIANT(shd_show_ball)(&one->ball, &b, stage.t, &stage);
+        SHD_EACH_LANE(i) stage.object[i] = stage.t[i] < INFINITY ? object : SHD_NOTHING;
     } else {
-        held = SHD_VARIANT(shd_find_nearest)(sight, targets, &b, out, &holder);
-        if (targets->beyond < INFINITY && !(SHD_VARIANT(shd_end_of)(&b, out) < targets->beyond))
-            return UNSETTLED;
+        held = SHD_VARIANT(shd_find_nearest)(sight, targets, &b, &stage, &holder);
+        if (targets->beyond < INFINITY && !(SHD_VARIANT(shd_end_of)(&b, &stage) < targets->beyond))
+            return false;
     }
-    for (int i = used; i < SHD_RAYS; i++) out->t[i] = INFINITY, out->object[i] = SHD_NOTHING;
+    for (int i = used; i < SHD_RAYS; i++) stage.t[i] = INFINITY, stage.object[i] = SHD_NOTHING;
     long long lanes = 0;
-    SHD_EACH_LANE(i) lanes += out->t[i] < INFINITY ? 1 : 0;
-    const size_t hits = (size_t)lanes;
-    if (!hits) return 0;
-    if (!quick) show_hits(sight, &b, held, holder, hits, want, out);
-    if (!want.fast)
-        for (int c = 0; c < 3; c++) SHD_EACH_LANE(i) out->view[c][i] = -b.direction[c][i];
+    SHD_EACH_LANE(i) lanes += stage.t[i] < INFINITY ? 1 : 0;
+    const size_t count = (size_t)lanes;
+    if (!count) return true;
+    if (want.balls && !quick &&
+        SHD_VARIANT(shd_append_balls)(sight, &b, &stage, count, first, hits))
+        return true;
+    if (!quick) show_lanes(sight, &b, held, holder, count, want, &stage);
     if (want.depth) {
         const shd_vec3 forward = shd_scale(sight->lens.camera->back, -1);
-        SHD_EACH_LANE(i) out->depth[i] = out->t[i] * shd_dot(shd_lane(b.direction, i), forward);
+        SHD_EACH_LANE(i) stage.depth[i] = stage.t[i] * shd_dot(shd_lane(b.direction, i), forward);
     }
-    return hits;
+    SHD_VARIANT(shd_append_hits)(&stage, count, first, hits);
+    return true;
 }
 
 size_t SHD_VARIANT(shd_shoot)(const shd_sight *sight, const shd_targets *targets,
                               const shd_shots *shots, size_t first, shd_hits *out) {
-    const wants want = {out->position32[0], out->low32[0], out->world32[0], out->depth};
+    wants want = {out->position32[0], out->low32[0], out->world32[0], out->depth, false};
     if (!targets->count) return shots->count;
-    shd_stage stage;
+    want.balls = shows_balls_quickly(want) && !want.depth && !out->triangle;
     for (; first < shots->count; first += SHD_RAYS) {
         if (shd_is_cancelled(sight->cancelled)) break;
-        const size_t hits = cast_batch(sight, targets, shots, first, want, &stage);
-        if (hits == UNSETTLED) return first;
-        if (hits) SHD_VARIANT(shd_append_hits)(&stage, hits, first, out);
+        if (!cast_batch(sight, targets, shots, first, want, out)) return first;
     }
     return shots->count;
 }

@@ -37,20 +37,27 @@ typedef struct shd_frame {
     float left, right, top, bottom;
 } shd_frame;
 
-/* An object as rays meet it. What balls are met by comes first, for there may be many. */
+/* A sphere that stays one, in units of its radius: all that tiers in f32 meet and show it by. */
+typedef struct shd_seen_ball {
+    shd_vec3 eye;    /* the camera's position from its center */
+    shd_vec3 center; /* in the plan's frame */
+    double size;     /* the radius */
+    double scale;    /* the radius in the plan's frame */
+    float turned;    /* -1: normals that face away are negated; else 1 */
+    bool far;        /* the eye is so far away that rays have to be moved twice */
+} shd_seen_ball;
+
+/* An object as rays meet it. */
 typedef struct shd_item {
     shd_shape shape; /* SHD_MESH for tessellated shapes too */
     bool front_only;
-    bool similar;    /* the map from the unit form turns, mirrors and moves, and scales all alike */
-    bool ball;       /* a similar sphere; its maps do not turn, for that shows nothing */
-    bool far;        /* the eye is so far away that a ball's rays have to be moved twice */
-    bool smooth;     /* the mesh's normals are interpolated at each sample */
-    uint32_t rank;   /* its place in the sight's order */
-    double size;     /* that scale, if it is similar */
-    double nearest;  /* no ray meets the object at a smaller depth, along the camera's axis */
-    shd_frame frame; /* no ray meets it that passes beside this */
-    double blind;    /* hits up to this t do not count; 0 for planes, which are met exactly */
-    shd_vec3 eye;    /* the camera's position in the unit form's frame */
+    bool similar; /* the map from the unit form turns, mirrors and moves, and scales all alike */
+    bool smooth;  /* the mesh's normals are interpolated at each sample */
+    const shd_seen_ball
+        *ball;           /* of a similar sphere, whose maps do not turn, for that shows nothing */
+    double size;         /* that scale, if it is similar */
+    double blind;        /* hits up to this t do not count; 0 for planes, which are met exactly */
+    shd_vec3 eye;        /* the camera's position in the unit form's frame */
     shd_affine to_frame; /* to the plan's frame */
     double tube;         /* the ratio of a torus's radii */
     /* Maps of the unit form. The origin of from_world is not used, because points are taken
@@ -60,10 +67,11 @@ typedef struct shd_item {
     double widest,
         longest;      /* how much from_world and to_world lengthen: of ellipsoids, for drafts */
     shd_vec3 forward; /* the rays' direction there, in an orthographic camera */
-    shd_triangles triangles; /* of SHD_MESH */
+    const shd_facets *facets; /* NULL: it has none */
+    /* Of SHD_MESH; of what is none, not even cleared. */
+    shd_triangles triangles;
     shd_mesh_view view;
     const double *units; /* [vertex_count][3]: these normals, unit */
-    const shd_facets *facets;
 } shd_item;
 
 /* Where in the picture an object may be seen, in the camera's frame (x right, y up, z forward), by
@@ -94,22 +102,38 @@ typedef struct shd_frames {
     float *left, *right, *top, *bottom;
 } shd_frames;
 
+/* What is asked of each object that may be in the way, and of many balls nothing else: three cache
+ * lines, where an item has a dozen. */
+typedef struct shd_glance {
+    _Alignas(64) shd_frame frame; /* no ray meets it that passes beside this */
+    double nearest;               /* no ray meets it at a smaller depth, along the camera's axis */
+    shd_outline outline;
+    shd_seen_ball ball; /* if it is one */
+    bool is_ball;
+} shd_glance;
+
+/* Asks for an object's glance ahead of its use: of many, few are in caches. */
+static inline void shd_fetch_glance(const shd_glance *g) {
+    for (size_t line = 0; line < sizeof *g / 64; line++)
+        __builtin_prefetch((const char *)g + 64 * line);
+}
+
 enum { SHD_CELL = 32 };
 
 struct shd_sight {
     const shd_plan *plan;
     const atomic_bool *cancelled;
     shd_lens lens;
-    shd_item *items; /* as shd_scene.objects */
+    shd_item *items;     /* as shd_scene.objects */
+    shd_glance *glances; /* the same */
     size_t count;
-    bool has_built;        /* a tree */
-    size_t seen_vertices;  /* of all views that are whole */
-    uint32_t *order;       /* [count]: roughly nearer ones first */
-    shd_outline *outlines; /* [count]: in that order */
-    shd_frames frames;     /* [count]: in that order */
-    /* Cells of the picture, SHD_CELL pixels wide and high, or as wide as the picture: places in
-     * that order of what reaches into cell c, row by row, are celled[cells[c]] up to celled[cells[c
-     * + 1]]. NULL: there are few objects, or they are large. */
+    bool has_built;       /* a tree */
+    size_t seen_vertices; /* of all views that are whole */
+    uint32_t *order;      /* [count]: roughly nearer ones first */
+    shd_frames frames;    /* [count]: in that order; not set if there are cells */
+    /* Cells of the picture, SHD_CELL pixels wide and high, or as wide as the picture: the objects
+     * that reach into cell c, row by row, are celled[cells[c]] up to celled[cells[c + 1]], in that
+     * order. NULL: there are few objects, or they are large. */
     const uint32_t *cells;
     uint32_t *celled;
     int cells_across, cells_down;
@@ -142,5 +166,5 @@ typedef size_t shd_shoot_function(const shd_sight *sight, const shd_targets *tar
                                   const shd_shots *shots, size_t first, shd_hits *out);
 shd_shoot_function shd_shoot_portable, shd_shoot_avx2, shd_shoot_avx512;
 
-/* Fills order, outlines, frames, and `nearest` of the items. False: the arena is full. */
+/* Fills order, frames or cells, and all of the glances but balls. False: the arena is full. */
 bool shd_sight_outline(shd_sight *sight, shd_arena *arena);

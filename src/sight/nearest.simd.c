@@ -4,7 +4,7 @@
  * each is cast at by those sectors, of 8 lanes each, that pass through the rectangle of
  * pixels in which it may be seen, and have not met something before it in every lane. A lane's
  * result is the same in either way. */
-#include "sight/batch.h"
+#include "sight/ball_simd.h"
 #include "sight/tie.h"
 
 /* For hits that differ by no more than this, relative, it is asked how far rounding moved them. */
@@ -160,17 +160,21 @@ static int find_few(const shd_sight *sight, const shd_targets *targets, shd_batc
     bool some = false; /* lane hit an object */
     for (size_t k = 0; k < targets->count; k++) {
         const shd_item *it = &sight->items[targets->objects[k]];
+        const shd_glance *glance = &sight->glances[targets->objects[k]];
         const double object = targets->objects[k];
-        if (it->shape == SHD_MESH) {
+        if (!glance->is_ball && it->shape == SHD_MESH) {
             const double limit = some ? SHD_VARIANT(shd_end_of)(b, out) : INFINITY;
-            if (it->nearest > limit ||
+            if (glance->nearest > limit ||
                 !SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, limit, &met) ||
                 !(some ? keep_nearer(sight, object, b, met.t, met.triangle, out)
                        : keep_first(object, met.t, out)))
                 continue;
             take_triangles(&met, object, out);
         } else {
-            SHD_VARIANT(shd_find_shape)(it, b, &b->work[!held], t);
+            if (glance->is_ball)
+                SHD_VARIANT(shd_find_ball)(&glance->ball, b, t);
+            else
+                SHD_VARIANT(shd_find_shape)(it, b, &b->work[!held], t);
             if (!(some ? keep_nearer(sight, object, b, t, NULL, out) : keep_first(object, t, out)))
                 continue;
             held = !held;
@@ -203,11 +207,10 @@ static void bound_sectors(const shd_batch *b, bool framed, outlook *look) {
 }
 
 /* The sectors that may see an object. */
-static unsigned sectors_reached(const outlook *look, const shd_item *it) {
-    const shd_vd left = shd_vd_set((double)it->frame.left),
-                 right = shd_vd_set((double)it->frame.right),
-                 top = shd_vd_set((double)it->frame.top),
-                 bottom = shd_vd_set((double)it->frame.bottom), nearest = shd_vd_set(it->nearest);
+static unsigned sectors_reached(const outlook *look, const shd_glance *g) {
+    const shd_vd left = shd_vd_set((double)g->frame.left),
+                 right = shd_vd_set((double)g->frame.right), top = shd_vd_set((double)g->frame.top),
+                 bottom = shd_vd_set((double)g->frame.bottom), nearest = shd_vd_set(g->nearest);
     unsigned beside = 0;
     for (int v = 0; v < SHD_SECTORS; v += SHD_W / 2) { /* not-a-number reaches anywhere */
         const shd_md across = shd_md_or(shd_vd_gt(shd_vd_load(look->left + v), right),
@@ -220,16 +223,14 @@ static unsigned sectors_reached(const outlook *look, const shd_item *it) {
     return ~beside & ((1u << SHD_SECTORS) - 1);
 }
 
-/* Sets the limits of sectors in which something was met nearer. */
-static void limit_sectors(const shd_batch *b, const shd_stage *best, unsigned sectors,
-                          outlook *look) {
-    for (; sectors; sectors &= sectors - 1) {
-        const int v = __builtin_ctz(sectors);
+/* Sets the limits of all sectors: without branches, which would wait for what was met last. */
+static void limit_sectors(const shd_batch *b, const shd_stage *best, outlook *look) {
+    double farthest = 0;
+    for (int v = 0; v < SHD_SECTORS; v++) {
         look->limit[v] = farthest_of(best->t, b->cosine, 8 * v, 8 * v + 8) * (1 + 2 * CLOSE);
+        farthest = shd_larger(farthest, look->limit[v]);
     }
-    look->farthest = look->limit[0];
-    for (int v = 1; v < SHD_SECTORS; v++)
-        look->farthest = shd_larger(look->farthest, look->limit[v]);
+    look->farthest = farthest;
 }
 
 /* Whether two hits are close in any lane of the sectors. */
@@ -263,36 +264,71 @@ static unsigned keep_in_sectors(const shd_sight *sight, double object, shd_batch
     return kept;
 }
 
+/* Casts at a ball and takes what is nearer, sector by sector. Nothing is taken in those in which
+ * hits are close, which are returned; t is set there. */
+SHD_INLINE unsigned meet_in_sectors(const shd_seen_ball *ball, double object, const shd_batch *b,
+                                    unsigned sectors, double *restrict t, shd_stage *restrict best,
+                                    bool orthographic, bool far) {
+    const shd_seen_ball own = *ball;
+    const shd_vd mine = shd_vd_set(object);
+    unsigned close = 0;
+    for (; sectors; sectors &= sectors - 1) {
+        const int v = __builtin_ctz(sectors), first = 8 * v;
+        unsigned near = 0;
+        for (int i = first; i < first + 8; i++)
+            t[i] = shd_meet_lane(&own, b, i, orthographic, far).t * own.size;
+        for (int i = first; i < first + 8; i += SHD_W / 2)
+            near |= shd_md_bits(close_in(t, best, i));
+        if (near)
+            close |= 1u << v;
+        else
+            for (int i = first; i < first + 8; i += SHD_W / 2) (void)keep_vector(mine, t, i, best);
+    }
+    return close;
+}
+
+static void find_ball_in(const shd_sight *sight, uint32_t object, shd_batch *b, unsigned sectors,
+                         double *t, shd_stage *out) {
+    const shd_seen_ball *ball = &sight->glances[object].ball;
+    unsigned close = 0;
+    SHD_FOR_BALL(b, ball->far, close = meet_in_sectors, ball, object, b, sectors, t, out);
+    if (close) (void)keep_in_sectors(sight, object, b, t, NULL, close, out);
+}
+
 /* As shd_find_nearest, which has cleared `out`. */
 static int find_many(const shd_sight *sight, const shd_targets *targets, shd_batch *b,
                      shd_stage *out, int *holder) {
+    enum { OFTEN = 4 }; /* balls that are cast at before limits are worth their while */
     SHD_ALIGNED double t[SHD_RAYS];
     shd_mesh_hits met;
     outlook look;
-    int held = 0;
+    int held = 0, unlimited = 0;
     bound_sectors(b, targets->surveyed, &look);
     for (size_t k = 0; k < targets->count && !is_late(sight, k); k++) {
         const shd_item *it = &sight->items[targets->objects[k]];
+        const shd_glance *glance = &sight->glances[targets->objects[k]];
         const double object = targets->objects[k];
-        if (targets->surveyed && it->nearest > look.farthest) break;
-        const unsigned sectors = sectors_reached(&look, it);
+        if (unlimited >= (glance->is_ball ? OFTEN : 1)) {
+            limit_sectors(b, out, &look);
+            unlimited = 0;
+        }
+        if (targets->surveyed && glance->nearest > look.farthest) break;
+        const unsigned sectors = sectors_reached(&look, glance);
         if (!sectors) continue;
-        unsigned kept = 0;
-        if (it->ball) {
-            SHD_VARIANT(shd_find_ball_in)(it, b, sectors, t);
-            kept = keep_in_sectors(sight, object, b, t, NULL, sectors, out);
+        if (glance->is_ball) {
+            find_ball_in(sight, targets->objects[k], b, sectors, t, out);
+            unlimited++;
         } else if (it->shape != SHD_MESH) {
             SHD_VARIANT(shd_find_shape)(it, b, &b->work[!held], t);
-            kept = keep_in_sectors(sight, object, b, t, NULL, sectors, out);
-            if (kept) {
-                held = !held;
-                *holder = (int)targets->objects[k];
-            }
+            if (!keep_in_sectors(sight, object, b, t, NULL, sectors, out)) continue;
+            unlimited = OFTEN;
+            held = !held;
+            *holder = (int)targets->objects[k];
         } else if (SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, look.farthest, &met)) {
-            kept = keep_in_sectors(sight, object, b, met.t, met.triangle, sectors, out);
-            if (kept) take_triangles(&met, object, out);
+            if (!keep_in_sectors(sight, object, b, met.t, met.triangle, sectors, out)) continue;
+            unlimited = OFTEN;
+            take_triangles(&met, object, out);
         }
-        if (kept) limit_sectors(b, out, kept, &look);
     }
     return held;
 }
@@ -301,9 +337,9 @@ static int find_many(const shd_sight *sight, const shd_targets *targets, shd_bat
 static bool are_aside(const shd_sight *sight, const shd_targets *targets) {
     enum { FEW = 12, SOME = 2, LOW = 6 /* pixels */ };
     if (targets->count <= SOME) return false;
-    const shd_item *first = &sight->items[targets->objects[0]];
+    const shd_glance *first = &sight->glances[targets->objects[0]];
     return targets->count > FEW ||
-           (targets->surveyed && first->ball && first->frame.bottom - first->frame.top < LOW);
+           (targets->surveyed && first->is_ball && first->frame.bottom - first->frame.top < LOW);
 }
 
 int SHD_VARIANT(shd_find_nearest)(const shd_sight *sight, const shd_targets *targets, shd_batch *b,

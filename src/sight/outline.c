@@ -45,14 +45,13 @@ typedef struct sighting {
     double nearest;
 } sighting;
 
-/* Sets a frame from the image plane. Rounding to f32 is less than a hundredth of any pixel. */
-static void set_frame(const shd_lens *lens, const sighting *from, const shd_frames *frames,
-                      size_t k) {
-    range p = widened_range(from->p), q = widened_range(from->q);
-    frames->left[k] = (float)((p.low / lens->half_x + 1) * lens->width / 2 - SHD_WIDER);
-    frames->right[k] = (float)((p.high / lens->half_x + 1) * lens->width / 2 + SHD_WIDER);
-    frames->top[k] = (float)((1 - q.high / lens->half_y) * lens->height / 2 - SHD_WIDER);
-    frames->bottom[k] = (float)((1 - q.low / lens->half_y) * lens->height / 2 + SHD_WIDER);
+/* Makes a frame from the image plane. Rounding to f32 is less than a hundredth of any pixel. */
+static shd_frame frame_of(const shd_lens *lens, const sighting *from) {
+    const range p = widened_range(from->p), q = widened_range(from->q);
+    return (shd_frame){(float)((p.low / lens->half_x + 1) * lens->width / 2 - SHD_WIDER),
+                       (float)((p.high / lens->half_x + 1) * lens->width / 2 + SHD_WIDER),
+                       (float)((1 - q.high / lens->half_y) * lens->height / 2 - SHD_WIDER),
+                       (float)((1 - q.low / lens->half_y) * lens->height / 2 + SHD_WIDER)};
 }
 
 /* More than rounding makes of depths, relative to the sizes of what they are made of. */
@@ -214,23 +213,22 @@ static void reach_cells(float low, float high, int count, int *first, int *last)
 /* Finds the cells of each frame, of so many columns. Returns how many they are together. */
 static size_t find_cells(shd_sight *sight, int across, cell_range *out) {
     const float part = 1.0f / SHD_CELL; /* a power of 2 */
-    const shd_frames *f = &sight->frames;
     size_t total = 0;
     sight->cells_across = across;
-    for (size_t k = 0; k < sight->count; k++) {
-        cell_range *r = &out[k];
-        reach_cells(part * f->top[k], part * f->bottom[k], sight->cells_down, &r->top, &r->bottom);
+    for (size_t i = 0; i < sight->count; i++) {
+        const shd_frame *f = &sight->glances[i].frame;
+        cell_range *r = &out[i];
+        reach_cells(part * f->top, part * f->bottom, sight->cells_down, &r->top, &r->bottom);
         r->left = r->right = 0;
-        if (across > 1)
-            reach_cells(part * f->left[k], part * f->right[k], across, &r->left, &r->right);
+        if (across > 1) reach_cells(part * f->left, part * f->right, across, &r->left, &r->right);
         if (r->bottom >= r->top && r->right >= r->left)
             total += (size_t)(r->right - r->left + 1) * (size_t)(r->bottom - r->top + 1);
     }
     return total;
 }
 
-/* Sorts the ranks of many objects by the cells that they reach into, or if most are wide by rows of
- * these, unless they are high too. False: the arena is full. */
+/* Sorts many objects by the cells that they reach into, or if most are wide by rows of these,
+ * unless they are high too. False: the arena is full. */
 static bool fill_cells(shd_sight *sight, shd_arena *arena) {
     enum { MANY = 256, LARGE = 4 };
     const size_t most = LARGE * sight->count;
@@ -251,45 +249,53 @@ static bool fill_cells(shd_sight *sight, shd_arena *arena) {
             for (int x = r->left; x <= r->right; x++) cells[y * across + x + 2]++;
     for (size_t c = 0; c < count; c++) cells[c + 2] += cells[c + 1];
     for (size_t k = 0; k < sight->count; k++) {
-        const cell_range *r = &ranges[k];
+        const uint32_t object = sight->order[k];
+        const cell_range *r = &ranges[object];
         for (int y = r->top; y <= r->bottom; y++)
             for (int x = r->left; x <= r->right; x++)
-                sight->celled[cells[y * across + x + 1]++] = (uint32_t)k;
+                sight->celled[cells[y * across + x + 1]++] = object;
     }
     sight->cells = cells;
     return true;
 }
 
+/* Lists frames in the sight's order. False: the arena is full. */
+static bool list_frames(shd_sight *sight, shd_arena *arena) {
+    const size_t count = sight->count;
+    float *frames = shd_arena_alloc(arena, 4 * count, sizeof *frames);
+    if (!frames) return false;
+    sight->frames = (shd_frames){frames, frames + count, frames + 2 * count, frames + 3 * count};
+    for (size_t k = 0; k < count; k++) {
+        const shd_frame *frame = &sight->glances[sight->order[k]].frame;
+        sight->frames.left[k] = frame->left;
+        sight->frames.right[k] = frame->right;
+        sight->frames.top[k] = frame->top;
+        sight->frames.bottom[k] = frame->bottom;
+    }
+    return true;
+}
+
 bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
     const size_t count = sight->count;
-    sighting *seen = shd_arena_alloc(arena, count, sizeof *seen);
-    place *places = shd_arena_alloc(arena, count, sizeof *places);
-    float *frames = shd_arena_alloc(arena, 4 * count, sizeof *frames);
+    place *places = shd_arena_alloc(arena, count, 2 * sizeof *places);
     sight->order = shd_arena_alloc(arena, count, sizeof *sight->order);
-    sight->outlines = shd_arena_alloc(arena, count, sizeof *sight->outlines);
-    if (!seen || !places || !frames || !sight->order || !sight->outlines) return false;
-    sight->frames = (shd_frames){frames, frames + count, frames + 2 * count, frames + 3 * count};
+    if (!places || !sight->order) return false;
     const range all = {-INFINITY, INFINITY}, none = {INFINITY, -INFINITY};
     for (size_t i = 0; i < count; i++) {
-        shd_item *it = &sight->items[i];
-        seen[i] = (sighting){.outline.tube = it->shape == SHD_TORUS, .p = all, .q = all};
+        const shd_item *it = &sight->items[i];
+        shd_glance *glance = &sight->glances[i];
+        sighting seen = {.outline.tube = it->shape == SHD_TORUS, .p = all, .q = all};
         if (it->shape == SHD_PLANE)
-            outline_plane(sight, it, &seen[i].outline);
+            outline_plane(sight, it, &seen.outline);
         else
-            outline_sphere(sight, i, it, &seen[i]);
-        if (seen[i].outline.kind == SHD_OUTLINE_NONE) seen[i].p = none;
-        it->nearest = seen[i].nearest;
-        places[i] = (place){seen[i].nearest + 0.0, (uint32_t)i}; /* -0 + 0 is 0 */
+            outline_sphere(sight, i, it, &seen);
+        if (seen.outline.kind == SHD_OUTLINE_NONE) seen.p = none;
+        glance->outline = seen.outline;
+        glance->nearest = seen.nearest;
+        glance->frame = frame_of(&sight->lens, &seen);
+        places[i] = (place){seen.nearest + 0.0, (uint32_t)i}; /* -0 + 0 is 0 */
     }
-    static_assert(sizeof(place) == 4 * sizeof(float), "frames have room for places");
-    if (count) sort_places(places, (place *)(void *)frames, count); /* they are set below */
-    for (size_t k = 0; k < count; k++) {
-        const uint32_t object = sight->order[k] = places[k].object;
-        sight->items[object].rank = (uint32_t)k;
-        sight->outlines[k] = seen[object].outline;
-        set_frame(&sight->lens, &seen[object], &sight->frames, k);
-        sight->items[object].frame = (shd_frame){sight->frames.left[k], sight->frames.right[k],
-                                                 sight->frames.top[k], sight->frames.bottom[k]};
-    }
-    return fill_cells(sight, arena);
+    if (count) sort_places(places, places + count, count);
+    for (size_t k = 0; k < count; k++) sight->order[k] = places[k].object;
+    return fill_cells(sight, arena) && (sight->cells || list_frames(sight, arena));
 }

@@ -1,6 +1,8 @@
 #include "sight/sight.h"
 
+#include <stddef.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "sight/item.h"
 #include "sight/tree.h"
@@ -115,7 +117,7 @@ static bool make_facets(const shd_sight *sight, bool flat, shd_arena *arena, shd
 }
 
 const shd_facets *shd_sight_facets(const shd_sight *sight, size_t object) {
-    return sight->items[object].facets;
+    return sight->glances[object].is_ball ? NULL : sight->items[object].facets;
 }
 
 void shd_sight_corners(const shd_sight *sight, size_t object, size_t triangle, shd_vec3 out[3]) {
@@ -144,7 +146,6 @@ static void place_eye(const shd_plan *plan, shd_item *it) {
     const shd_vec3 at = it->to_world.origin;
     it->eye = shd_linear(&it->from_world, shd_sub(camera->position, at));
     it->forward = shd_linear(&it->from_world, shd_scale(camera->back, -1));
-    it->far = !(shd_length(it->eye) < 16);
     it->to_frame.origin = shd_scale(shd_sub(at, plan->origin), plan->scale);
     for (int r = 0; r < 3; r++)
         for (int c = 0; c < 3; c++)
@@ -201,23 +202,31 @@ static void place_ball_eye(const shd_plan *plan, shd_item *it) {
     const shd_vec3 at = it->to_world.origin;
     it->eye = shd_scale(shd_sub(camera->position, at), shrink);
     it->forward = shd_scale(camera->back, -shrink);
-    it->far = !(shd_length(it->eye) < 16);
     it->to_frame = scaling_map(grow, shd_scale(shd_sub(at, plan->origin), plan->scale));
 }
 
 /* Makes a sphere that stays one, which has an inverse in any case. False: it is none. */
-static bool make_ball(const shd_plan *plan, const shd_object *object, shd_item *it) {
+static bool make_ball(const shd_plan *plan, const shd_object *object, shd_item *it,
+                      shd_glance *glance) {
     double axes[3];
     if (object->shape != SHD_SPHERE || object->interpolation != SHD_PHONG) return false;
     const shd_affine to_world = shd_object_to_world(object);
     if (!shd_is_similar(&to_world, axes) || !isfinite(1 / axes[0])) return false;
-    it->ball = it->similar = true;
+    it->similar = true;
     it->size = axes[0];
     it->to_world = scaling_map(it->size, to_world.origin);
     it->from_world = scaling_map(1 / it->size, (shd_vec3){0, 0, 0});
     it->normal_map = scaling_map(1, (shd_vec3){0, 0, 0});
     place_ball_eye(plan, it);
     it->blind = SHD_BLIND * fmax(axes[0], fmax(axes[1], axes[2]));
+    it->ball = &glance->ball;
+    glance->is_ball = true;
+    glance->ball = (shd_seen_ball){.eye = it->eye,
+                                   .center = it->to_frame.origin,
+                                   .size = it->size,
+                                   .scale = it->to_frame.linear[0][0],
+                                   .turned = it->front_only ? 1 : -1,
+                                   .far = !(shd_length(it->eye) < 16)};
     return true;
 }
 
@@ -225,11 +234,14 @@ static shd_status make_item(shd_sight *sight, size_t index, shd_arena *arena, sh
     const shd_plan *plan = sight->plan;
     const shd_object *object = &plan->scene->objects[index];
     shd_item *it = &sight->items[index];
-    *it = (shd_item){.shape = object->shape,
-                     .tube = object->tube / object->radius,
-                     .front_only = plan->materials[object->material].front_only};
+    memset(it, 0, offsetof(shd_item, triangles));
+    it->shape = object->shape;
+    it->tube = object->tube / object->radius;
+    it->front_only = plan->materials[object->material].front_only;
     bool faceted = object->interpolation != SHD_PHONG;
-    if (make_ball(plan, object, it)) return SHD_OK;
+    sight->glances[index].is_ball = false;
+    if (make_ball(plan, object, it, &sight->glances[index])) return SHD_OK;
+    memset(&it->triangles, 0, sizeof *it - offsetof(shd_item, triangles));
     if (!shd_object_frame(object, &it->to_world, &it->from_world))
         return fail_object(error, SHD_INTERNAL, index,
                            "this object's size and transform are singular");
@@ -292,13 +304,15 @@ shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd
     const double half_y = shd_half_height(&scene->camera), half_x = half_y * (2 * x) / (2 * y);
     shd_sight *sight = shd_arena_alloc(arena, 1, sizeof *sight);
     shd_item *items = shd_arena_alloc(arena, scene->object_count, sizeof *items);
-    if (!sight || !items)
+    shd_glance *glances = shd_arena_alloc(arena, scene->object_count, sizeof *glances);
+    if (!sight || !items || !glances)
         return shd_fail(error, SHD_MEMORY, "/objects", "the limit `memory` is reached");
     *sight = (shd_sight){
         .plan = plan,
         .cancelled = cancelled,
         .lens = {&scene->camera, 2 * x, 2 * y, half_x, half_y, x, y, half_x / x, half_y / y},
         .items = items,
+        .glances = glances,
         .count = scene->object_count};
     set_offsets(sight, scene->raster.samples);
     for (size_t i = 0; i < scene->object_count; i++) {

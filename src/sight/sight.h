@@ -47,10 +47,9 @@ typedef struct shd_survey {
     shd_block *blocks;          /* [down][across] */
     struct shd_window *windows; /* [down][across] */
     uint32_t *candidates;       /* indices of objects, nearer ones roughly first; see below */
-    size_t candidate_count; /* of the whole rectangle: the first ones of `candidates`, as places in
-                             * the sight's order of objects, unless it is only one */
-    bool even;              /* rays cost the same in any order, because there is only one ball */
-    size_t capacity;        /* in blocks */
+    size_t candidate_count;     /* of the whole rectangle: the first ones of `candidates` */
+    bool even;       /* rays cost the same in any order, because there is only one ball */
+    size_t capacity; /* in blocks */
 } shd_survey;
 
 /* Lays out memory for one thread's surveys of rectangles of up to w x h pixels, in a scene of so

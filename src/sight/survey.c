@@ -94,10 +94,9 @@ void shd_survey_lay_out(size_t object_count, int w, int h, shd_scratch *memory, 
         shd_scratch_take(memory, (out->capacity + 1) * object_count, sizeof *out->candidates);
 }
 
-static inline bool reaches_into(const shd_frames *f, size_t k, const window *w) {
+static inline bool reaches_into(shd_frame f, const window *w) {
     /* Not-a-number reaches anywhere. */
-    return !((f->right[k] < w->left) | (f->left[k] > w->right) | (f->bottom[k] < w->top) |
-             (f->top[k] > w->bottom));
+    return !((f.right < w->left) | (f.left > w->right) | (f.bottom < w->top) | (f.top > w->bottom));
 }
 
 /* The cell of the picture in which a window lies, or -1. */
@@ -111,48 +110,64 @@ static int cell_of(const shd_sight *sight, const window *w) {
     return within ? row * sight->cells_across + column : -1;
 }
 
-/* Lists the ranks of objects that may be seen. Returns how many. */
-static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ranks) {
+/* Lists those of some objects that may be seen, in their order. Returns how many. */
+static size_t look_at(const shd_sight *sight, const window *w, const uint32_t *objects, size_t most,
+                      uint32_t *out) {
+    enum { AHEAD = 8 };
+    size_t count = 0;
+    for (size_t i = 0; i < most; i++) {
+        const shd_glance *g = &sight->glances[objects[i]];
+        if (i + AHEAD < most) shd_fetch_glance(&sight->glances[objects[i + AHEAD]]);
+        if (reaches_into(g->frame, w) && may_see(&g->outline, w)) out[count++] = objects[i];
+    }
+    return count;
+}
+
+/* Lists the objects that may be seen, in the sight's order. Returns how many. */
+static size_t look_through(const shd_sight *sight, const window *w, uint32_t *out) {
     enum { CHUNK = 64 };
+    const shd_frames *f = &sight->frames;
     size_t count = 0;
     const int cell = cell_of(sight, w);
     if (cell >= 0) {
-        for (uint32_t i = sight->cells[cell]; i < sight->cells[cell + 1]; i++) {
-            const uint32_t rank = sight->celled[i];
-            if (reaches_into(&sight->frames, rank, w) && may_see(&sight->outlines[rank], w))
-                ranks[count++] = rank;
-        }
-        return count;
+        const uint32_t first = sight->cells[cell], end = sight->cells[cell + 1];
+        return look_at(sight, w, sight->celled + first, end - first, out);
     }
+    if (sight->cells) return look_at(sight, w, sight->order, sight->count, out);
     for (size_t first = 0; first < sight->count; first += CHUNK) {
         const size_t left = sight->count - first, size = left < CHUNK ? left : CHUNK;
         uint32_t reaches[CHUNK], any = 0;
         for (size_t i = 0; i < size; i++) {
-            reaches[i] = reaches_into(&sight->frames, first + i, w) ? 1 : 0;
+            const size_t k = first + i;
+            const shd_frame frame = {f->left[k], f->right[k], f->top[k], f->bottom[k]};
+            reaches[i] = reaches_into(frame, w) ? 1 : 0;
             any |= reaches[i];
         }
-        for (size_t i = 0; any && i < size; i++)
-            if (reaches[i] && may_see(&sight->outlines[first + i], w))
-                ranks[count++] = (uint32_t)(first + i);
+        for (size_t i = 0; any && i < size; i++) {
+            const uint32_t object = sight->order[first + i];
+            if (reaches[i] && may_see(&sight->glances[object].outline, w)) out[count++] = object;
+        }
     }
     return count;
 }
 
 /* Whether an object may be seen through a window. */
-static bool may_see_rank(const shd_sight *sight, uint32_t rank, const window *w) {
-    const shd_outline *o = &sight->outlines[rank];
-    return reaches_into(&sight->frames, rank, w) && may_see(o, w) &&
-           (!o->tube || may_meet_tube(sight, &sight->items[sight->order[rank]], w));
+static bool may_see_object(const shd_sight *sight, uint32_t object, const window *w) {
+    const shd_glance *g = &sight->glances[object];
+    return reaches_into(g->frame, w) && may_see(&g->outline, w) &&
+           (!g->outline.tube || may_meet_tube(sight, &sight->items[object], w));
 }
 
-/* No ray through the window meets the item at a smaller depth. A plane is met where its height
+/* No ray through the window meets the object at a smaller depth. A plane is met where its height
  * above or below the eye is used up, of which each step of depth takes -(a p + b q + c). */
-static double nearest_through(const shd_sight *sight, const shd_item *it, const window *w) {
-    const shd_vec3 v = sight->outlines[it->rank].center;
+static double nearest_through(const shd_sight *sight, uint32_t object, const window *w) {
+    const shd_item *it = &sight->items[object];
+    const shd_glance *g = &sight->glances[object];
+    const shd_vec3 v = g->outline.center;
     const double height = fabs(it->eye.y);
     if (it->shape != SHD_PLANE || sight->lens.camera->projection != SHD_PERSPECTIVE ||
         !(height > 1e-6 * shd_length(it->eye)))
-        return it->nearest;
+        return g->nearest;
     const double steepest =
         fabs(v.x) * w->across + fabs(v.y) * w->down - v.x * w->p - v.y * w->q - v.z;
     return steepest > 0 ? height / steepest : (double)INFINITY;
@@ -174,9 +189,8 @@ size_t shd_sight_seen(const shd_sight *sight, const shd_survey *s, size_t block,
     size_t count = 0;
     for (size_t k = 0; k < at->count; k++) {
         const uint32_t object = s->candidates[at->first + k];
-        const shd_item *it = &sight->items[object];
-        if (part == SHD_WHOLE || may_see_rank(sight, it->rank, &w))
-            out[count++] = (shd_seen){object, nearest_through(sight, it, &w)};
+        if (part == SHD_WHOLE || may_see_object(sight, object, &w))
+            out[count++] = (shd_seen){object, nearest_through(sight, object, &w)};
     }
     return count;
 }
@@ -185,9 +199,9 @@ void shd_survey_further(const shd_sight *sight, shd_survey *s, size_t index) {
     shd_block *block = &s->blocks[index];
     const uint32_t most = FURTHER * block->count;
     for (; block->next < s->candidate_count && block->count < most; block->next++) {
-        const uint32_t rank = s->candidates[block->next];
-        if (may_see_rank(sight, rank, &s->windows[index]))
-            s->candidates[block->first + block->count++] = sight->order[rank];
+        const uint32_t object = s->candidates[block->next];
+        if (may_see_object(sight, object, &s->windows[index]))
+            s->candidates[block->first + block->count++] = object;
     }
 }
 
@@ -200,31 +214,22 @@ static void blocks_reached(float low, float high, int from, int count, int reach
     reached[1] = !(last < most) ? count - 1 : last >= 0 ? (int)last : -1;
 }
 
-/* Lists an object as a candidate. Of many objects few are in caches: what rays meet balls by is
- * fetched, and what hits are sorted by. */
-static void list_object(const shd_sight *sight, uint32_t object, shd_survey *s, shd_block *block) {
-    const char *item = (const char *)&sight->items[object];
-    for (size_t line = 0; line < 3; line++) __builtin_prefetch(item + 64 * line);
-    __builtin_prefetch(&sight->plan->objects[object].group);
-    s->candidates[block->first + block->count++] = object;
-}
-
 /* Lists candidates of all blocks, AT_FIRST of each. */
 static void list_first(const shd_sight *sight, shd_survey *s) {
     const size_t blocks = (size_t)s->across * (size_t)s->down;
     size_t waiting = blocks;
     for (size_t k = 0; k < s->candidate_count && waiting; k++) {
-        const uint32_t rank = s->candidates[k];
+        const uint32_t object = s->candidates[k];
+        const shd_frame *frame = &sight->glances[object].frame;
         int x[2], y[2];
-        blocks_reached(sight->frames.left[rank], sight->frames.right[rank], s->rect.x, s->across,
-                       x);
-        blocks_reached(sight->frames.top[rank], sight->frames.bottom[rank], s->rect.y, s->down, y);
+        blocks_reached(frame->left, frame->right, s->rect.x, s->across, x);
+        blocks_reached(frame->top, frame->bottom, s->rect.y, s->down, y);
         for (int row = y[0]; row <= y[1]; row++)
             for (int i = row * s->across + x[0]; i <= row * s->across + x[1]; i++) {
                 shd_block *block = &s->blocks[i];
-                if (block->count == AT_FIRST || !may_see_rank(sight, rank, &s->windows[i]))
+                if (block->count == AT_FIRST || !may_see_object(sight, object, &s->windows[i]))
                     continue;
-                list_object(sight, sight->order[rank], s, block);
+                s->candidates[block->first + block->count++] = object;
                 if (block->count < AT_FIRST) continue;
                 block->next = (uint32_t)k + 1;
                 waiting--;
@@ -241,7 +246,6 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
     const size_t count = look_through(sight, &all, out->candidates);
     out->candidate_count = count;
     out->rect = rect;
-    out->even = false;
     for (size_t i = 0; i < blocks; i++) {
         const int x = (int)(i % (size_t)out->across) * SHD_BLOCK_SIDE,
                   y = (int)(i / (size_t)out->across) * SHD_BLOCK_SIDE,
@@ -251,7 +255,5 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
         if (count) out->windows[i] = make_window(&sight->lens, rect.x + x, rect.y + y, w, h);
     }
     list_first(sight, out);
-    if (count != 1) return;
-    out->candidates[0] = sight->order[out->candidates[0]];
-    out->even = sight->items[out->candidates[0]].ball;
+    out->even = count == 1 && sight->glances[out->candidates[0]].is_ball;
 }

@@ -147,6 +147,7 @@ static double any_roughness(uint64_t *random) {
     return kind == 0 ? decades(random, 1e-3, 0.02) : kind == 1 ? 1 : knob_decades(random, 0.05, 1);
 }
 
+/* Patterns of f0 are not on faces, and the model beside knows none. */
 static void put_fresnel(FILE *out, uint64_t *random) {
     static const char *const metals[] = {"gold", "copper", "silver", "aluminium"};
     switch (goes_beyond(BEYOND_LEVEL) ? 1 + one_of(random, 2) : one_of(random, 4)) {
@@ -159,8 +160,13 @@ static void put_fresnel(FILE *out, uint64_t *random) {
                 one_of(random, 2) ? 0 : decades(random, 0.01, 30));
         break;
     default:
-        fputs("\"fresnel\": {\"f0\": ", out);
-        put_knobbed(out, random, 1, false);
+        fputs("\"fresnel\": {", out);
+        if (goes_beyond(BEYOND_LEVEL) || goes_beyond(BEYOND_FACETS)) {
+            fputs("\"f0\": ", out);
+            put_knobbed(out, random, 1, false);
+        } else {
+            put_coefficient(out, "f0", random, 1);
+        }
         fputs("}", out);
     }
 }

@@ -160,7 +160,11 @@ static void put_fresnel(FILE *out, uint64_t *random) {
     if (one_of(random, 2)) {
         const double r = one_of(random, 3) ? between(random, 0, 1) : one_of(random, 2),
                      g = grey ? r : between(random, 0, 1);
-        put_vector(out, "f0", (xyz){r, g, grey ? r : one_of(random, 5) ? 0.5 : 0});
+        const xyz chosen = {r, g, grey ? r : one_of(random, 5) ? 0.5 : 0};
+        if (style & BEYOND_TEXTURES && one_of(random, 2))
+            put_pattern(out, "f0", random, chosen, grey, 1);
+        else
+            put_vector(out, "f0", chosen);
     } else {
         const double n = decades(random, 0.05, 10),
                      k = one_of(random, 2) ? 0 : decades(random, 0.01, 30);

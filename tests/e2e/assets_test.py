@@ -183,7 +183,9 @@ class AssetsTest(Test):
         for body, words in ((b"", "begins as no PNG"), (b"GIF89a", "begins as no PNG"),
                             (OPAQUE[:-40], "PNG: "), (OPAQUE[:30], "PNG: "),
                             (file_of(NOISE[:, :, :3], "JPEG")[:-300], "JPEG: "),
-                            (file_of(NOISE, "WEBP")[:-300], "WebP: ")):
+                            (file_of(NOISE, "WEBP")[:-300], "WebP: "),
+                            (hostile.exr(4, 2, bytes(32), packing=0, channels=(b"G", b"R")),
+                             "neither R, G and B nor Y alone")):
             self.problem(self.put(self.daemon, body), 422, "asset", words)
         packed = zlib.compress(OPAQUE, wbits=31)
         self.assertEqual(self.put(self.daemon, packed, digest=digest_of(OPAQUE),

@@ -166,6 +166,17 @@ class CommandTest(Test):
             self.assertEqual(found, code, stderr)
             self.assertIn(word, stderr)
 
+    def test_a_file_that_ends_early_is_told_in_one_line(self):
+        scene = self.scene("a.json", SPHERE)
+        for suffix, word in (("png", "PNG: the file ends early"), ("jpg", "JPEG: the file ends early"),
+                             ("webp", "WebP: the picture is damaged, or not whole")):
+            cut = self.folder / ("cut." + suffix)
+            Image.fromarray(np.full((37, 45, 3), 99, np.uint8)).save(cut)
+            data = cut.read_bytes()
+            for left in (len(data) - 20, len(data) // 2):
+                cut.write_bytes(data[:left])
+                self.assertEqual(diff(scene, cut), (1, b"", f"{cut}: {word}\n"))
+
 
 class RequestTest(Test):
     @classmethod

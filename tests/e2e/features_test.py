@@ -106,6 +106,9 @@ class Features(unittest.TestCase):
             "normal-maps": lambda: self.texture("normal"),
             "normal-patterns": lambda: render(with_material(
                 normal={"pattern": "checker", "colors": ["#8080ff", [0.6, 0.5, 0.9]]})),
+            "fresnel-patterns": lambda: render(with_material(
+                model="cook-torrance",
+                fresnel={"f0": {"pattern": "checker", "colors": [0.04, [1, 0.8, 0.3]]}})),
             "trace": lambda: render({**SMALL, "trace": {"shadows": True}}),
         }
 

@@ -86,7 +86,7 @@ class CommandTest(Folder):
                 ((photo, self.scene("mirror.json", mirror)), 1, "--object: its material mirrors or lets light through"),
                 ((photo, self.scene("patterned.json", patterned)), 1, "--object: its material has a pattern"),
                 ((photo, self.scene("around.json", around)), 1, "/lights: light 0 is an environment"),
-                ((self.folder / "no.webp", scene), 1, "no.webp: the picture cannot be read as webp"),
+                ((self.folder / "no.webp", scene), 1, "no.webp: the file cannot be read"),
                 ((self.folder / "ball.gif", scene), 2, "unknown suffix"),
                 ((photo,), 2, "fit wants a photo and a scene, not 1"),
                 ((photo, scene, "-o", "x"), 2, "fit writes to stdout")):

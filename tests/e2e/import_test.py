@@ -347,7 +347,7 @@ class Textures(Case):
         self.assertEqual(scene["materials"]["wood"].get("emissive", 0), 0)
         metal = {"name": "wood", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}
         scene, _ = self.load("model.gltf", textured(metal, images=[red, black]), "--assets", "assets")
-        self.assertEqual(scene["materials"]["wood"]["fresnel"]["f0"], [1, 0, 0])
+        self.assertEqual(scene["materials"]["wood"]["fresnel"]["f0"]["tint"], [1, 1, 1])
 
     def kept(self, coefficient):
         """What a coefficient's picture is in the folder."""
@@ -371,8 +371,70 @@ class Textures(Case):
             red, green, blue = lobe["specular"]["tint"]
             np.testing.assert_allclose([green / red, blue / red], [0.5, 0.25], rtol=1e-6)
         scene, said = self.load("model.gltf", textured(material), "--assets", "assets")
-        self.assertIn("what it mirrors has the mean color of its picture: picture-0", said)
+        self.assertNotIn("left out", said)
+        self.assertEqual(scene["materials"]["gold"]["fresnel"]["f0"], {**wood["ambient"], "tint": [1, 0.5, 0.25]})
+        self.assertEqual(self.shade("check", "scene.json", "--assets", "assets").returncode, 0)
+        scene, _ = self.load("model.gltf", textured(material))
         self.assertEqual(scene["materials"]["gold"]["fresnel"]["f0"], [0.5, 0.25, 0.125])
+
+    def metal(self, images=(HALF_METAL,), words=("--assets", "assets"), wanted=None, **more):
+        """A material whose picture of metal is the last of these, and what was said."""
+        wood = {"name": "wood", "pbrMetallicRoughness": {
+            "baseColorFactor": [0.8, 0.4, 0.2, 1], "metallicRoughnessTexture": {"index": len(images) - 1, **(wanted or {})},
+            **({"baseColorTexture": {"index": 0}} if len(images) > 1 else {}), **more}}
+        scene, said = self.load("model.gltf", textured(wood, images=images, extensionsUsed=["KHR_texture_transform"]), *words)
+        return scene["materials"]["wood"], said
+
+    def texels(self, coefficient):
+        with Image.open(io.BytesIO(self.kept(coefficient))) as image:
+            codes = np.asarray(image.convert("RGB"), float)
+        return np.vectorize(srgb_to_linear)(codes)
+
+    def test_metal_and_what_is_none_are_on_one_picture(self):
+        split, said = self.metal()
+        self.assertIn("its roughness is left out but for its mean, 0.50: picture-0", said)
+        self.assertEqual(self.shade("check", "scene.json", "--assets", "assets").stderr, "")
+        f0, diffuse = self.texels(split["fresnel"]["f0"]), self.texels(split["diffuse"])
+        for x, metallic in enumerate((1, 0)):
+            rough = {"metallicRoughnessTexture": {"index": 0}, "roughnessFactor": 128 / 255}
+            plain = {"name": "wood", "pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.4, 0.2, 1],
+                                                              "metallicFactor": metallic, **rough}}
+            del plain["pbrMetallicRoughness"]["metallicRoughnessTexture"]
+            scene, _ = self.load("model.gltf", textured(plain, images=[]))
+            wood = scene["materials"]["wood"]
+            self.assertEqual(wood["lobes"], split["lobes"])
+            np.testing.assert_allclose(f0[0, x], wood["fresnel"]["f0"], atol=0.005)
+            np.testing.assert_allclose(diffuse[0, x], wood["diffuse"], atol=0.005)
+        # Four texels of two pictures, whose factors count.
+        quarter = picture([[0, 128, 128], [0, 128, 255]])
+        split, _ = self.metal((LEFT_RED, quarter), metallicFactor=0.5)
+        f0 = self.texels(split["fresnel"]["f0"])
+        for y, x, base, metallic in ((0, 0, [0.8, 0, 0], 64 / 255), (0, 1, [0, 0, 0.2], 0.5), (1, 1, [0.8, 0.4, 0.2], 0.5)):
+            np.testing.assert_allclose(f0[y, x], 0.04 + (np.array(base) - 0.04) * metallic, atol=0.005)
+        self.assertEqual(self.kept(split["ambient"]), LEFT_RED)
+
+    def test_metal_that_makes_no_picture_is_its_mean(self):
+        even = picture([[0, 128, 255], [0, 10, 255]])
+        moved = {"extensions": {"KHR_texture_transform": {"scale": [2, 2]}}}
+        for images, words, more in (((HALF_METAL,), (), {}), ((HALF_METAL,), ("--assets", "assets", "--phong"), {}),
+                                    ((even,), ("--assets", "assets"), {}), ((HALF_METAL,), ("--assets", "assets"), {"metallicFactor": 0}),
+                                    ((LEFT_RED, HALF_METAL), ("--assets", "assets"), {"wanted": moved})):
+            split, said = self.metal(images, words, **more)
+            self.assertIn("but for what they are in the mean", said)
+            f0 = split.get("fresnel", {}).get("f0")
+            self.assertNotIn("beneath", json.dumps(split))
+            self.assertTrue(f0 is None or isinstance(f0, list) or self.kept(f0) == LEFT_RED, (images, f0))
+
+    def test_a_picture_of_metal_is_split_eight_times(self):
+        woods = [{"name": f"wood-{i}", "pbrMetallicRoughness": {
+            "metallicRoughnessTexture": {"index": 0}, "metallicFactor": 0.1 + 0.05 * i}} for i in range(10)]
+        plates = [{"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": i}]}
+                  for i in range(10)]
+        scene, _ = self.load("model.gltf", textured(
+            images=[HALF_METAL], materials=woods, meshes=plates, nodes=[{"mesh": i} for i in range(10)],
+            scenes=[{"nodes": list(range(10))}]), "--assets", "assets")
+        made = [isinstance(scene["materials"][f"wood-{i}"]["fresnel"]["f0"], dict) for i in range(10)]
+        self.assertEqual(made, [True] * 8 + [False] * 2)
 
     def test_pictures_are_seen_upright(self):
         material = {"name": "wood", "extensions": {"KHR_materials_unlit": {}}, "emissiveTexture": {"index": 1},

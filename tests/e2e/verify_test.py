@@ -184,7 +184,7 @@ class VerifyTest(unittest.TestCase):
         broken.write_bytes(picture.read_bytes()[:200])
         for words, why in (((picture, small), "72 x 54"), ((picture, deep), "depth"), ((picture, alpha), "channels"),
                            ((picture, tiff), "no png"), ((picture, scope), "scope"),
-                           ((broken, path), "OpenImageIO"), ((self.folder / "none.png", path), "none.png"),
+                           ((broken, path), "PNG: the file ends early"), ((self.folder / "none.png", path), "none.png"),
                            ((self.folder / "none.webp", path), "none.webp"),
                            ((picture, self.folder / "none"), "none")):
             with self.subTest(why=why):

@@ -117,7 +117,7 @@ static shd_status compress(const shd_image *image, const unsigned char *data, si
     shd_bytes stream = {NULL, 0};
     shd_error error;
     const shd_status status = shd_zlib_compress(image, (shd_bytes){(void *)(size_t)data, size}, 3,
-                                                scratch, &stream, &error);
+                                                false, scratch, &stream, &error);
     *out = (shd_bytes){NULL, 0};
     if (status == SHD_OK) {
         *out = (shd_bytes){malloc(stream.size), stream.size};

@@ -50,6 +50,28 @@ static void facets_mirror_no_more_than_is_told(void **state) {
     assert_true(loosest < 2); /* only one of both directions may be at its end */
 }
 
+/* Of a pattern of f0 the largest index is told. */
+static void patterns_mirror_no_more_than_is_told(void **state) {
+    (void)state;
+    srand(4);
+    for (int i = 0; i < 4000; i++) {
+        const shd_texture pattern = {.name = NULL};
+        const double largest = i % 7 ? 1 + pow(10, uniform(-6, 5)) : INFINITY;
+        subject s;
+        make(&s, SHD_MODEL_COOK_TORRANCE, 1, largest);
+        s.scene.fresnel.f0_texture = &pattern;
+        const double half = i % 2 ? uniform(0, 1) : pow(10, uniform(-6, 0)),
+                     told = shd_mirrored_most(&s.plan, half);
+        for (int k = 0; k <= 60; k++)
+            for (int j = 0; j <= 8; j++) {
+                const double n = shd_smaller(1 + pow(10, -6 + 0.2 * k), largest);
+                const shd_fresnel index = {.n = {n, n, n}};
+                assert_true(shd_fresnel_reflectance(&index, 0, half + (1 - half) * j / 8) <= told);
+            }
+        assert_true(told <= 1);
+    }
+}
+
 static void no_distribution_exceeds_its_most(void **state) {
     (void)state;
     for (int k = 0; k <= 45; k++) {
@@ -138,6 +160,7 @@ static void no_lobe_sends_more_than_is_told(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(facets_mirror_no_more_than_is_told),
+        cmocka_unit_test(patterns_mirror_no_more_than_is_told),
         cmocka_unit_test(no_distribution_exceeds_its_most),
         cmocka_unit_test(no_lobe_sends_more_than_is_told),
     };

@@ -121,10 +121,6 @@ static void patterns_and_pictures_have_no_other_place(void **state) {
     static const refusal cases[] = {
         {"{'objects': [], 'lights': [{'type': 'point', 'color': " PATTERN "}]}",
          "/lights/0/color/pattern", has_no_place},
-        {OBJECT(
-             "'type': 'sphere', 'material': {'model': 'cook-torrance', 'fresnel': {'f0': " PATTERN
-             "}, 'lobes': [{'roughness': 0.4}]}"),
-         "/objects/0/material/fresnel/f0/pattern", has_no_place},
         {"{'background': " PATTERN ", 'objects': []}", "/background/pattern", has_no_place},
         {ON("'pattern': 'checker', 'colors': [0, " PATTERN "]"), AT "/colors/1/pattern",
          has_no_place},
@@ -132,6 +128,35 @@ static void patterns_and_pictures_have_no_other_place(void **state) {
         {ON("'texture': 'x', 'tint': {'texture': 'x'}"), AT "/tint/texture", no_pictures},
     };
     ASSERT_REFUSED(cases);
+}
+
+#define FACETS(f0, top)                                                                            \
+    "{" top "'objects': [{'type': 'sphere', 'material': {'model': 'cook-torrance', 'fresnel': "    \
+    "{'f0': " f0 "}}}]}"
+
+static void facets_mirror_shares_that_are_patterns(void **state) {
+    (void)state;
+    static const refusal cases[] = {
+        {FACETS("{'pattern': 'grid', 'colors': [0, 1.1]}", ""), "/objects/0/material/fresnel/f0",
+         "from 0 to 1"},
+        {FACETS("{'pattern': 'grid', 'colors': [[0, 0, -0.1], 1]}", ""),
+         "/objects/0/material/fresnel/f0", "from 0 to 1"},
+        {FACETS(PATTERN ", 'n': 2", ""), "/objects/0/material/fresnel", "either `f0`, or `n`"},
+        {FACETS(PATTERN, "'interpolation': 'gouraud', "), "/objects/0", "interpolation phong"},
+        {FACETS("{'texture': 'x'}", ""), "/objects/0/material/fresnel/f0/texture", "no asset"},
+    };
+    ASSERT_REFUSED(cases);
+    reading r = read_scene(FACETS("{'pattern': 'grid', 'colors': [[0.25, 0, 1], [0, 0.04, 1]]}",
+                                  "'spectral': true, ")),
+            one = read_scene(FACETS("0.25", ""));
+    const shd_fresnel *index = &r.scene->materials[0].fresnel;
+    assert_non_null(index->f0_texture);
+    assert_null(index->f0_curve);
+    assert_true(index->n[0] == one.scene->materials[0].fresnel.n[0] && isinf(index->n[2]));
+    assert_true(fabs(index->n[1] - 1.5) < 1e-12 && index->k[0] == 0);
+    assert_null(one.scene->materials[0].fresnel.f0_texture);
+    drop(&r);
+    drop(&one);
 }
 
 #define PANE(opacity)                                                                              \
@@ -247,6 +272,10 @@ static void digests_know_patterns(void **state) {
         COAT("1", "'transmission': " GRID("[0, 1]")),
         COAT("1", "'reflection': 1, 'transmission': " GRID("[0, 1]")),
         COAT("1", "'transmission': 1, 'reflection': " GRID("[0, 1]")),
+        FACETS("1", ""),
+        FACETS(GRID("[0, 1]"), ""),
+        FACETS(GRID("[0.5, 1]"), ""),
+        FACETS(GRID("[1, 0]"), ""),
     };
     enum { COUNT = sizeof scenes / sizeof scenes[0] };
     char digests[COUNT][33];
@@ -269,6 +298,7 @@ int main(void) {
         cmocka_unit_test(mistakes_in_pictures_are_pointed_to),
         cmocka_unit_test(patterns_need_a_chart_and_colors_that_multiply),
         cmocka_unit_test(patterns_and_pictures_have_no_other_place),
+        cmocka_unit_test(facets_mirror_shares_that_are_patterns),
         cmocka_unit_test(opacities_are_shares),
         cmocka_unit_test(mirrors_and_glass_have_no_negative_colors),
         cmocka_unit_test(mirrors_and_glass_are_the_most_of_their_patterns),

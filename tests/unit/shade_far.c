@@ -150,6 +150,58 @@ static void make_crowd(uint64_t *random, int kind, shd_vec3 middle, shd_plan_lig
     }
 }
 
+/* Adds a bunch by all kernels, which have the same bits. */
+static void add_bunch(const shd_bunches *bunches, uint32_t index, shd_far *to) {
+    const shd_far before = *to;
+    for (int isa = 0; isa < SHD_ISA_COUNT; isa++) {
+        shd_isa same;
+        if (!shd_isa_find(shd_isa_name((shd_isa)isa), &same)) continue;
+        shd_far sum = before;
+        shd_far_kernel_of((shd_isa)isa)->add_bunches(bunches, &index, 1, &sum);
+        if (isa == SHD_PORTABLE) *to = sum;
+        assert_int_equal(sum.lights, to->lights);
+        for (int c = 0; c < sum.channels; c++)
+            assert_memory_equal(sum.terms[c], to->terms[c], sizeof sum.terms[c]);
+    }
+}
+
+/* Moments that parts' are made of are those of all lights, in every tree. */
+static void moments_are_sums_over_lights(void **state) {
+    (void)state;
+    uint64_t random = 23;
+    for (int round = 0; round < 6; round++) {
+        shd_arena *arena = shd_arena_new(1 << 20);
+        shd_plan_light lights[CROWD];
+        make_crowd(&random, 3, (shd_vec3){round, -20, 5}, lights);
+        const bool grey = round % 2;
+        for (int j = 0; j < CROWD; j++)
+            if (grey) lights[j].color[1] = lights[j].color[2] = lights[j].color[0];
+        const shd_plan plan = {
+            .lights = lights, .light_count = CROWD, .scale = 1, .grey_lights = grey};
+        const shd_bunches *bunches;
+        assert_true(shd_bunches_new(&plan, arena, &bunches));
+        assert_true(bunches->count > bunches->roots);
+        for (size_t i = 0; i < bunches->count; i++) {
+            const shd_bunch *bunch = &bunches->list[i];
+            for (int c = 0; c < (grey ? 1 : 3); c++) {
+                double wanted[SHD_BUNCH_MOMENTS] = {0};
+                for (uint32_t k = bunch->first; k < bunch->end; k++) {
+                    const shd_plan_light *l = &lights[bunches->lights[k]];
+                    const double weight = l->color[c] * l->gain / bunches->falls[bunch->fall].gain;
+                    double m[SHD_BUNCH_MOMENTS];
+                    shd_moments(shd_sub(bunch->center, l->position), m);
+                    for (int t = 0; t < SHD_BUNCH_MOMENTS; t++) wanted[t] += weight * m[t];
+                }
+                /* Lights are within 1 of each other, some 20 from the origin. */
+                for (int t = 0; t < SHD_BUNCH_MOMENTS; t++)
+                    assert_true(fabs(bunch->moments[c][t] - wanted[t]) <=
+                                1e-13 * bunch->strength[c]);
+            }
+        }
+        shd_arena_drop(arena);
+    }
+}
+
 /* A bunch's polynomial is that of all of its lights, to within what is told for their middle. */
 static void bunches_are_their_lights_together(void **state) {
     (void)state;
@@ -173,7 +225,7 @@ static void bunches_are_their_lights_together(void **state) {
                      rest = shd_far_rest(&middle, away, radius + root->radius,
                                          degrees[round / 2 % DEGREES]);
         shd_far far = {.channels = 3, .degree = degrees[round / 2 % DEGREES]};
-        shd_far_add_bunch(bunches, root, &far);
+        add_bunch(bunches, 0, &far);
         assert_int_equal(far.lights, CROWD);
         for (int i = 0; rest < INFINITY && i < POINTS; i++) {
             const shd_vec3 at = shd_scale(any_direction(&random), radius * (i % 2 ? 1 : 0.5));
@@ -319,7 +371,7 @@ static void bunches_are_looked_at_for_all_their_lights(void **state) {
             const shd_far_look *l = &looks[SHD_PORTABLE][k];
             const shd_bunch *bunch = &bunches->list[all[k]];
             shd_far far = {.channels = 3, .degree = patch.degree};
-            if (l->told) shd_far_add_bunch(bunches, bunch, &far);
+            if (l->told) add_bunch(bunches, all[k], &far);
             told += l->told;
             behind += l->behind;
             for (int i = 0; i < 8; i++) {
@@ -448,6 +500,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_left_out_is_bounded),
         cmocka_unit_test(lights_add_up_by_their_colors),
+        cmocka_unit_test(moments_are_sums_over_lights),
         cmocka_unit_test(bunches_are_their_lights_together),
         cmocka_unit_test(kernels_agree_about_lights),
         cmocka_unit_test(bunches_are_looked_at_for_all_their_lights),

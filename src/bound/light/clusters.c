@@ -2,6 +2,7 @@
 
 #include <assert.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum {
     LEAF = 4,  /* lights that are not divided further */
@@ -13,6 +14,10 @@ enum {
 /* Clusters are as wide as this times their distance at most. With a third of it, bounds of 10,000
  * lamps among 10,000 spheres were no more than 1e-4 tighter. */
 static const double WIDEST = 2;
+
+/* Of what holds several objects, so many radii count as width: bounds are then what they would be
+ * by each object for itself, to one percent. */
+static const double ROOMY = 4;
 
 typedef struct key {
     double at;
@@ -167,6 +172,8 @@ bool shd_clusters_new(const shd_plan *plan, const shd_hues *hues, const double *
     *out = (shd_clusters){.list = shd_arena_alloc(arena, most, sizeof *out->list),
                           .lights = shd_arena_alloc(arena, lights, sizeof *out->lights),
                           .alone = shd_arena_alloc(arena, lights, sizeof *out->alone),
+                          .near = shd_arena_alloc(arena, most, sizeof *out->near),
+                          .near_alone = shd_arena_alloc(arena, lights, sizeof *out->near_alone),
                           .cut = shd_arena_alloc(arena, most, sizeof *out->cut),
                           .single = shd_arena_alloc(arena, lights, sizeof *out->single)};
     builder b = {.plan = plan,
@@ -174,10 +181,13 @@ bool shd_clusters_new(const shd_plan *plan, const shd_hues *hues, const double *
                  .beside = beside,
                  .out = out,
                  .keys = shd_arena_alloc(arena, lights, sizeof *b.keys)};
-    if (!out->list || !out->lights || !out->alone || !out->cut || !out->single || !b.keys ||
-        !plant_roots(&b, arena) || !divide_clusters(&b))
+    if (!out->list || !out->lights || !out->alone || !out->near || !out->near_alone || !out->cut ||
+        !out->single || !b.keys || !plant_roots(&b, arena) || !divide_clusters(&b))
         return false;
     assert(out->count <= most);
+    for (size_t r = 0; r < out->roots; r++) out->near[out->near_count++] = (uint32_t)r;
+    memcpy(out->near_alone, out->alone, out->alone_count * sizeof *out->alone);
+    out->near_alone_count = out->alone_count;
     return true;
 }
 
@@ -203,18 +213,22 @@ double shd_cluster_fall(const shd_cluster *c, double distance) {
     return 1 / (c->a + d * (c->b + d * c->c));
 }
 
-static bool is_far(const shd_cluster *c, const shd_cluster_target *target) {
+/* `wide`: how wide the cluster and the target are together. */
+static bool is_far(const shd_cluster *c, const shd_cluster_target *target, double wide) {
     if (c->directional) return true;
     const double distance = shd_cluster_distance(c, target);
-    return shd_plan_length(shd_sub(c->high, c->low)) <= WIDEST * distance &&
-           shd_cluster_fall(c, distance) < INFINITY;
+    return wide <= WIDEST * distance && shd_cluster_fall(c, distance) < INFINITY;
 }
 
-void shd_clusters_cut(shd_clusters *clusters, const shd_cluster_target *target) {
-    clusters->cut_count = clusters->single_count = 0;
-    for (size_t i = 0; i < clusters->alone_count; i++)
-        clusters->single[clusters->single_count++] = clusters->alone[i];
-    enum { DEEP = 128 };
+static double width_of(const shd_cluster *c) {
+    return c->directional ? 0 : shd_plan_length(shd_sub(c->high, c->low));
+}
+
+/* Clusters that are still to be looked at. */
+enum { DEEP = 128 };
+
+void shd_clusters_part(shd_clusters *clusters, const shd_cluster_target *target) {
+    clusters->cut_count = clusters->near_count = 0;
     uint32_t stack[DEEP];
     for (size_t r = 0; r < clusters->roots; r++) {
         size_t depth = 0;
@@ -222,7 +236,32 @@ void shd_clusters_cut(shd_clusters *clusters, const shd_cluster_target *target) 
         while (depth > 0) {
             const uint32_t at = stack[--depth];
             const shd_cluster *c = &clusters->list[at];
-            if (is_far(c, target)) {
+            const double width = width_of(c);
+            if (is_far(c, target, width + ROOMY * target->radius)) {
+                clusters->cut[clusters->cut_count++] = at;
+            } else if (c->parts && depth + 2 <= DEEP && width > target->radius) {
+                stack[depth++] = c->parts;
+                stack[depth++] = c->parts + 1;
+            } else {
+                clusters->near[clusters->near_count++] = at;
+            }
+        }
+    }
+}
+
+void shd_clusters_cut(shd_clusters *clusters, const shd_cluster_target *target) {
+    clusters->cut_count = 0;
+    clusters->single_count = clusters->near_alone_count;
+    memcpy(clusters->single, clusters->near_alone,
+           clusters->near_alone_count * sizeof *clusters->single);
+    uint32_t stack[DEEP];
+    for (size_t r = 0; r < clusters->near_count; r++) {
+        size_t depth = 0;
+        stack[depth++] = clusters->near[r];
+        while (depth > 0) {
+            const uint32_t at = stack[--depth];
+            const shd_cluster *c = &clusters->list[at];
+            if (is_far(c, target, width_of(c))) {
                 clusters->cut[clusters->cut_count++] = at;
             } else if (c->parts && depth + 2 <= DEEP) {
                 stack[depth++] = c->parts;

@@ -28,6 +28,10 @@ typedef struct shd_clusters {
     uint32_t *lights; /* indices in plan->lights */
     uint32_t *alone;  /* lights that are in no cluster: spots, whose light is not the same around */
     size_t alone_count;
+    /* Where cuts begin, and lights that they have alone: all, but of objects in a crowd (crowd.h).
+     */
+    uint32_t *near, *near_alone;
+    size_t near_count, near_alone_count;
     uint32_t *cut, *single; /* of the object that was looked at last */
     size_t cut_count, single_count;
 } shd_clusters;
@@ -49,8 +53,13 @@ double shd_cluster_distance(const shd_cluster *cluster, const shd_cluster_target
 /* The largest attenuation of any of them at that distance or farther away, divided by its gain. */
 double shd_cluster_fall(const shd_cluster *cluster, double distance);
 
+/* Fills `cut` with clusters that are far enough from the target, which holds several, to be counted
+ * as one for all of these, and `near` with those from which the cut of each of them has to begin.
+ */
+void shd_clusters_part(shd_clusters *clusters, const shd_cluster_target *target);
+
 /* Fills `cut` with clusters that are far enough from the target to be counted as one, and `single`
- * with all other lights. */
+ * with all other lights, of those that are near. */
 void shd_clusters_cut(shd_clusters *clusters, const shd_cluster_target *target);
 
 /* Raises influences ([light_count]) to the most that lights added where they were in clusters. */

@@ -108,11 +108,6 @@ static shd_excess *slot_of(const shd_finding *f, const shd_excess *sum, bool *fr
     return *fresh ? &list->excess[list->count++] : nearest;
 }
 
-/* Whether the object's lights are looked at by clusters of all lights. */
-static bool is_clustered(const shd_finding *f, const shd_plan_object *object) {
-    return f->crowded && object->bounded && object->light_count == f->plan->light_count;
-}
-
 /* Finds all about an object but its pieces. Its group has its material and terms. False: memory. */
 static bool find_object(shd_finding *f, size_t index, bool same_group, bool few, shd_arena *arena) {
     const shd_plan *plan = f->plan;
@@ -135,7 +130,7 @@ static bool find_object(shd_finding *f, size_t index, bool same_group, bool few,
     f->place = shd_place_of(&plan->scene->objects[index], object);
     f->place.known = f->place.known && few;
     f->misplaced = shd_misplaced_of(plan->scene, &f->place);
-    for (size_t k = 0; k < object->light_count && !is_clustered(f, object); k++)
+    for (size_t k = 0; k < object->light_count && !shd_is_clustered(f, object); k++)
         f->sources[k] = shd_source_of(f, object->lights[k]);
     return true;
 }
@@ -200,8 +195,11 @@ static void add_piece_error(shd_finding *f, const shd_plan_object *object, const
     memset(f->much, 0, f->terms.count * sizeof *f->much);
     f->much[0] = (shd_much){.low = 1, .high = 1};
     f->ratio = f->distance = 0;
-    if (is_clustered(f, object)) shd_add_clusters(f, object, piece, influences);
-    for (size_t i = 0; i < object->light_count && !is_clustered(f, object); i++) {
+    if (shd_is_clustered(f, object)) {
+        shd_crowd_begin(f, influences);
+        shd_add_clusters(f, object, piece, influences);
+    }
+    for (size_t i = 0; i < object->light_count && !shd_is_clustered(f, object); i++) {
         if (i % LIGHTS_AT_ONCE == 0 && shd_is_cancelled(plan->cancelled)) return;
         shd_add_light(f, material, &f->sources[i], object->lights[i], piece, influences);
     }
@@ -273,12 +271,14 @@ static bool add_objects(shd_finding *f, shd_arena *arena) {
             f->list->worst = shd_larger(f->list->worst, f->list->rounding * most);
         }
     }
-    size_t pairs = 0;
-    for (size_t i = 0; i < scene->object_count; i++) {
+    size_t pairs = 0, group = plan->group_count;
+    for (size_t k = 0; k < scene->object_count; k++) {
+        const size_t i = f->crowded ? shd_crowd_enter(f, k) : k;
         const shd_plan_object *object = &plan->objects[i];
         pairs += object->light_count;
         if (shd_is_cancelled(plan->cancelled)) return false;
-        const bool same_group = i > 0 && object->group == plan->objects[i - 1].group;
+        const bool same_group = object->group == group;
+        group = object->group;
         if (!find_object(f, i, same_group, pairs <= MOST_PAIRS, arena)) return false;
         add_parts(&all, &f->terms.parts);
         negative |= f->terms.negative;
@@ -317,11 +317,14 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
     if (!f.sources || !f.beside || !f.lobes || !f.pieces ||
         !shd_terms_new(plan, f.crowded, arena, &f.hues, &f.terms))
         return false;
-    f.much = shd_arena_alloc(arena, 1 + f.hues.count * (1 + plan->max_lobes), sizeof(shd_much));
+    const size_t terms = 1 + f.hues.count * (1 + plan->max_lobes);
+    f.much = shd_arena_alloc(arena, terms, sizeof(shd_much));
     for (size_t j = 0; j < plan->light_count; j++)
         if (!plan->lights[j].directional)
             f.beside[j] = shd_ray_distance(plan->scene, plan->lights[j].position);
-    if (f.crowded && !shd_clusters_new(plan, &f.hues, f.beside, arena, &f.clusters)) return false;
+    if (f.crowded && !(shd_clusters_new(plan, &f.hues, f.beside, arena, &f.clusters) &&
+                       shd_crowd_new(&f, terms, arena)))
+        return false;
     if (influences) {
         const size_t rows = f.fineness ? SHD_MOST_PIECES * plan->scene->object_count : 1;
         *influences = (shd_influences){0, shd_arena_alloc(arena, rows, sizeof(double *))};

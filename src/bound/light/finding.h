@@ -2,6 +2,7 @@
 #pragma once
 
 #include "bound/light/clusters.h"
+#include "bound/light/crowd.h"
 #include "bound/light/error.h"
 #include "bound/light/misplaced.h"
 
@@ -27,6 +28,7 @@ typedef struct shd_finding {
     bool nodes;   /* means may be of few nodes (plan/nodes.h) */
     bool crowded; /* pairs are many: lights are in clusters */
     shd_clusters clusters;
+    shd_crowd crowd;
     /* Of the object in question: */
     shd_terms terms;
     const shd_term *kept; /* a copy of the terms that stays; NULL: they are too many */
@@ -40,6 +42,11 @@ typedef struct shd_finding {
     double ratio, distance; /* relative errors of highlights, and of what depends on distances */
 } shd_finding;
 
+/* Whether the object's lights are looked at by clusters of all lights. */
+static inline bool shd_is_clustered(const shd_finding *f, const shd_plan_object *object) {
+    return f->crowded && object->bounded && object->light_count == f->plan->light_count;
+}
+
 /* A light as it comes to an object that is at f->place. */
 shd_source shd_source_of(const shd_finding *f, uint32_t index);
 
@@ -47,6 +54,11 @@ shd_source shd_source_of(const shd_finding *f, uint32_t index);
 void shd_add_light(shd_finding *f, const shd_plan_material *material, const shd_source *from,
                    uint32_t index, const shd_piece *piece, double *influences);
 
-/* Counts the errors of all lights at an object whose normals may be any, by clusters. */
+/* Counts the errors of the clusters that the target was cut to. `bounds` has its material. */
+void shd_add_cut(shd_finding *f, const shd_plan_object *bounds, const shd_cluster_target *target,
+                 const shd_piece *piece);
+
+/* Counts the errors of all lights that are near to an object whose normals may be any, by clusters.
+ */
 void shd_add_clusters(shd_finding *f, const shd_plan_object *object, const shd_piece *piece,
                       double *influences);

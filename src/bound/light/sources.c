@@ -196,6 +196,13 @@ static void add_cluster(shd_finding *f, const shd_plan_object *object, shd_clust
     cluster->most = shd_larger(cluster->most, most / cluster->strength * (1 + SHD_PIECE_MARGIN));
 }
 
+void shd_add_cut(shd_finding *f, const shd_plan_object *bounds, const shd_cluster_target *target,
+                 const shd_piece *piece) {
+    shd_clusters *all = &f->clusters;
+    for (size_t i = 0; i < all->cut_count; i++)
+        add_cluster(f, bounds, &all->list[all->cut[i]], target, piece);
+}
+
 void shd_add_clusters(shd_finding *f, const shd_plan_object *object, const shd_piece *piece,
                       double *influences) {
     shd_clusters *all = &f->clusters;
@@ -203,8 +210,7 @@ void shd_add_clusters(shd_finding *f, const shd_plan_object *object, const shd_p
     const shd_cluster_target target = {object->center, object->radius,
                                        f->place.object->interpolation == SHD_PHONG};
     shd_clusters_cut(all, &target);
-    for (size_t i = 0; i < all->cut_count; i++)
-        add_cluster(f, object, &all->list[all->cut[i]], &target, piece);
+    shd_add_cut(f, object, &target, piece);
     for (size_t i = 0; i < all->single_count; i++) {
         const shd_source from = shd_source_of(f, all->single[i]);
         shd_add_light(f, material, &from, all->single[i], piece, influences);

@@ -94,6 +94,29 @@ static double index_of(const shd_plan_material *m) {
     return most;
 }
 
+/* n^2 - 1 of the least index that a pattern of f0 has. */
+static double least_above(const shd_texture *f0) {
+    double ends[2][3], least = 1;
+    shd_texture_ends(f0, ends);
+    for (int c = 0; c < 3; c++) least = shd_smaller(least, shd_smaller(ends[0][c], ends[1][c]));
+    const double n = shd_index_of(least);
+    return (n - 1) * (n + 1);
+}
+
+/* By how much F errs, in half_error. Patterns of f0 have no absorption, and any n from 1 on: with c
+ * = V.H, a^2 = n^2 - 1 + c^2, y = c / a and x = n^2 c / a, F is the mean of the squares of (1 - y)
+ * / (1 + y) and (1 - x) / (1 + x). By log c the slope of y is y (n^2 - 1) / a^2 <= y, that of x
+ * likewise, and those of the squares by log x and log y are 0.385 at most: so F's by c is 0.385 /
+ * c. c errs by what directions do twice, g->half half_error; where that is more than half of c,
+ * four times half_error is more than 1. Over a whole lobe D g h 0.385 / h is D 0.385 / v, and no
+ * more than that together with all that is nearer to h = 0. Rounding of n^2 - 1 + c^2 comes on top.
+ */
+static double fresnel_slope(const shd_plan_material *m, const shd_glance *g) {
+    const shd_texture *f0 = m->from->fresnel.f0_texture;
+    if (!f0) return 8 * (1 + index_of(m));
+    return 4 + 0x1p-51 / ((least_above(f0) + g->half * g->half) * half_error(g));
+}
+
 /* By how much g = G / N.V of Cook and Torrance errs, but for what N.H does: g is the least of 1 /
  * v, 2 u / h and 2 u c / (h v), with c = N.L, v = N.V, u = N.H and h = V.H, of which each errs by
  * what directions do. As u = (c + v) / (2 h), slopes have no 1 / v. Where the first is the least, v
@@ -112,12 +135,15 @@ static double open_error(const shd_glance *g) {
  * by that angle is at most 2 (1 + x)^3 sqrt(x) / m^4 + 4 (1 + x)^2 sqrt(x) / m^2 with x <= 3.5 m^2,
  * which is four times D sqrt(x) at least. N.H errs by the sine of that angle times what H does, and
  * 2 / V.H times that is what it does to g. */
-static shd_weight weigh_facets(double index, double mirrored, double slope, const shd_glance *g) {
+static shd_weight weigh_facets(const shd_plan_material *material, double slope,
+                               const shd_glance *g) {
+    const double mirrored = shd_mirrored_most(material, g->half);
     const double m = slope * slope, x = 1 + 3.5 * m, root = sqrt(3.5 * m);
     const double most = shd_facets_most(slope);
     const double steep = 2 * x * x * x * root / (m * m) + 4 * x * x * root / m;
     const double over = shd_smaller(1 / g->view, 2 / g->half), tilt = 0.5 / g->half;
-    const double turned = half_error(g), fresnel = shd_smaller(8 * (1 + index) * turned, 1);
+    const double turned = half_error(g),
+                 fresnel = shd_smaller(fresnel_slope(material, g) * turned, 1);
     return (shd_weight){mirrored * most * over / 4,
                         (mirrored * (steep * turned * (over + tilt) + most * open_error(g)) +
                          most * over * (fresnel + mirrored * SHD_WEIGHT_FUNCTION / m)) /
@@ -139,7 +165,7 @@ static double variance_error(double variance, const shd_glance *g) {
  * angle of H alone is what its product with N.H has, as in plan/peaks.c. H errs by `turned`. With t
  * the tangent of that angle and E the mean over e^(-t^2 / m^2) 2 t dt / m^2:
  * - D errs by D (2 t (1 + t^2) / m^2 + 4 t), whose whole is sqrt(pi) (1 / m + 3.5 m);
- * - F by 8 (1 + n^2 + k^2), as above;
+ * - F by what fresnel_slope says;
  * - g, which is the least of 1 / v, 2 u / h and 2 u c / (h v), by 1 / v of itself, and 1 / h,
  * twice; by u 2 / h twice, and by c 2 / h^2, of which the whole of D 2 / h times h is 2 E[sqrt(1 +
  * t^2)]
@@ -148,8 +174,7 @@ static double variance_error(double variance, const shd_glance *g) {
  * part of it is convex. By the logarithm of m^2, D changes by D (t^2 / m^2 - 1), whose whole is 2 /
  * e; where m^2 errs by r of itself, twice r holds that, or is more than the whole lobe. */
 static double facets_turned(const shd_plan_material *m, double r, const shd_glance *g) {
-    return half_error(g) *
-               (sqrt(SHD_PI) * (1 / r + 3.5 * r) + 8 * (1 + index_of(m)) + 18 * (1 + r)) +
+    return half_error(g) * (sqrt(SHD_PI) * (1 / r + 3.5 * r) + fresnel_slope(m, g) + 18 * (1 + r)) +
            SHD_WEIGHT_FUNCTION / (r * r);
 }
 
@@ -188,7 +213,7 @@ static shd_weight weigh_lobe(const shd_plan_material *m, double shininess, const
     case SHD_MODEL_PHONG_NORMALIZED:
         return weigh_normalized(shininess, g, lights);
     case SHD_MODEL_COOK_TORRANCE:
-        return weigh_facets(index_of(m), shd_mirrored_most(m, g->half), shininess, g);
+        return weigh_facets(m, shininess, g);
     case SHD_MODEL_PHONG:
         return weigh_phong(shininess, g, lights);
     default:

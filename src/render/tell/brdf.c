@@ -36,7 +36,7 @@ typedef struct finding {
 
 /* Whether what it reflects of light depends on the place. */
 static bool has_pattern(const shd_plan_material *material) {
-    bool any = material->gloss;
+    bool any = material->gloss || shd_facet_slot(material);
     for (size_t e = 0; e < shd_material_slots(material); e++)
         any = any || material->textures->slots[e].of == SHD_SLOT_TERM;
     return any;
@@ -48,7 +48,7 @@ static shd_status find_all(shd_rendering *r, const shd_scene *scene, size_t most
     if (!whole) return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is reached");
     *whole = *scene;
     whole->accuracy = (shd_accuracy){.tier = SHD_EXACT}; /* no budget decides on anything here */
-    const shd_status status = shd_rendering_plan_for(r, whole, NULL, &r->plan, error);
+    const shd_status status = shd_rendering_plan_for(r, whole, NULL, NULL, &r->plan, error);
     if (status != SHD_OK) return status;
     const shd_plan *plan = r->plan;
     *out = (finding){0, shd_arena_alloc(r->arena, scene->material_count, sizeof *out->list)};

@@ -170,6 +170,7 @@ static json_t *tell_patterns(const shd_plan_material *material) {
             json_object_set_new(told, "lobe", json_integer((json_int_t)slot->term - 1));
         json_array_append_new(list, told);
     }
+    if (textures && textures->fresnel) tell_member(list, material->from->fresnel.f0_texture, "f0");
     static const char *const rays[SHD_RAY_COEFFICIENTS] = {"opacity", "reflection", "transmission"};
     for (int k = 0; textures && k < SHD_RAY_COEFFICIENTS; k++)
         if (textures->rays[k].texture) tell_member(list, textures->rays[k].texture, rays[k]);
@@ -420,13 +421,17 @@ static bool find_unbounded(shd_explained *e, shd_arena *arena) {
     return true;
 }
 
-/* Plans a tier as if it had been asked for. */
-static shd_status add_tier(shd_rendering *r, const shd_scene *scene, shd_accuracy accuracy,
-                           shd_explained *e, shd_error *error) {
+/* Plans a tier as if it had been asked for, which it may have been. */
+static shd_status add_tier(shd_rendering *r, const shd_scene *scene, const shd_plan **drafted,
+                           shd_accuracy accuracy, shd_explained *e, shd_error *error) {
     shd_scene asking = *scene;
     asking.accuracy = accuracy;
-    const shd_plan *plan;
-    const shd_status status = shd_rendering_plan_for(r, &asking, e->shown, &plan, error);
+    const shd_plan *plan = e->plan;
+    const shd_accuracy *asked = &scene->accuracy;
+    const bool same =
+        !asked->budget && asked->tier == accuracy.tier && asked->draft == accuracy.draft;
+    const shd_status status =
+        same ? SHD_OK : shd_rendering_plan_for(r, &asking, e->shown, drafted, &plan, error);
     if (status != SHD_OK) return status;
     e->tiers[e->tier_count++] =
         (shd_told_tier){shd_asked_tier(&accuracy), plan->bound, cost_of(plan, e->codes)};
@@ -435,8 +440,10 @@ static shd_status add_tier(shd_rendering *r, const shd_scene *scene, shd_accurac
 
 static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_explained *e,
                                shd_error *error) {
+    const shd_plan *drafted = NULL;
     shd_status status = shd_shown_make(r, scene, &e->shown, error);
-    if (status == SHD_OK) status = shd_rendering_plan_for(r, scene, e->shown, &r->plan, error);
+    if (status == SHD_OK)
+        status = shd_rendering_plan_for(r, scene, e->shown, &drafted, &r->plan, error);
     if (status != SHD_OK) return status;
     e->plan = r->plan;
     bool *codes = shd_arena_alloc(r->arena, scene->output_count, sizeof *codes);
@@ -451,9 +458,9 @@ static shd_status explain_plan(shd_rendering *r, const shd_scene *scene, shd_exp
         !(shd_find_occlusion(e->plan, r->arena, &e->occlusion) && find_unbounded(e, r->arena)))
         return shd_fail(error, SHD_MEMORY, "", "the limit `memory` is too small");
     if (shd_plan_may_draft(e->plan))
-        status = add_tier(r, scene, (shd_accuracy){.draft = true}, e, error);
+        status = add_tier(r, scene, &drafted, (shd_accuracy){.draft = true}, e, error);
     for (int t = 0; t <= SHD_EXACT && status == SHD_OK; t++)
-        status = add_tier(r, scene, (shd_accuracy){.tier = (shd_tier)t}, e, error);
+        status = add_tier(r, scene, &drafted, (shd_accuracy){.tier = (shd_tier)t}, e, error);
     return status;
 }
 

@@ -24,6 +24,7 @@ static const char *const names[] = {
     "diff",
     "explain",
     "fit",
+    "fresnel-patterns",
     "gloss-patterns",
     "layers",
     "links",

@@ -11,6 +11,7 @@
 #include "render/pair.h"
 #include "render/tell/fit_answer.h"
 #include "render/tell/fit_bases.h"
+#include "render/tell/sample_file.h"
 #include "scene/json.h"
 
 typedef struct seeing {
@@ -219,7 +220,8 @@ shd_status shd_request_fit(shd_request *request, const char *path, shd_format fo
                            shd_error *error) {
     const shd_raster *raster = &request->scene->raster;
     shd_samples samples;
-    shd_status status = shd_image_read(path, format, raster->w, raster->h, &samples, error);
+    shd_status status =
+        shd_sample_file_read(request, path, format, raster->w, raster->h, &samples, error);
     if (status != SHD_OK) return status;
     status = find(request, &samples, format, object, options, json, error);
     free(samples.values);

@@ -86,6 +86,8 @@ static void say_doubt(const shd_fit_channel *channel, int term, char *out, size_
         say_alike(term, channel->like[term], out, size);
     else if (channel->doubt[term] == SHD_FIT_TOO_FEW)
         snprintf(out, size, TOO_FEW);
+    else if (channel->doubt[term] == SHD_FIT_SHARP)
+        snprintf(out, size, "no highlight is seen, and a sharp one would hardly be on any pixel");
     else
         snprintf(out, size, "its standard deviation is more than 0.02 and a quarter of it");
 }

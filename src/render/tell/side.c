@@ -5,10 +5,10 @@
 
 #include "base/primaries.h"
 #include "base/sample.h"
-#include "image/read.h"
 #include "render/assets.h"
 #include "render/show/displayed.h"
 #include "render/tell/bare.h"
+#include "render/tell/sample_file.h"
 
 enum { BLOCK = 1024 };
 
@@ -203,7 +203,7 @@ shd_status shd_side_read(shd_request *request, const char *path, shd_format form
                          shd_error *error) {
     shd_samples samples = {0};
     making m = {.samples = &samples, .meaning = meaning_of(NULL)};
-    shd_status status = shd_image_read_any(path, format, request->limits.pixels, &samples, error);
+    shd_status status = shd_sample_file_read(request, path, format, 0, 0, &samples, error);
     if (status != SHD_OK) return status;
     status = takes_depth(&m, samples.depth, error)
                  ? make_side(&request->rendering, &m, samples.width, samples.height, out, error)

@@ -13,12 +13,12 @@
 
 #include "base/json_memory.h"
 #include "bound/shown/shown.h"
-#include "image/read.h"
 #include "render/planning.h"
 #include "render/request.h"
 #include "render/show/conversion.h"
 #include "render/show/output.h"
 #include "render/tell/json.h"
+#include "render/tell/sample_file.h"
 
 enum { CORNERS = 9, TOLD = 64 };
 
@@ -348,7 +348,8 @@ static shd_status verify(shd_request *request, const char *path, shd_format form
     const shd_raster *raster = &request->scene->raster;
     v->r = &request->rendering;
     v->options = options;
-    shd_status status = shd_image_read(path, format, raster->w, raster->h, &v->samples, error);
+    shd_status status =
+        shd_sample_file_read(request, path, format, raster->w, raster->h, &v->samples, error);
     if (status == SHD_OK) status = prepare(v, request->scene, format, error);
     if (status == SHD_OK) status = check_form(v, error);
     if (status == SHD_OK) status = render_exactly(v, render_options, error);

@@ -235,10 +235,12 @@ bool shd_facets_light(shd_rendering *r, shd_scenery *scenery) {
     const unsigned slots = shd_pool_slots(pool);
     scenery->facets = shd_arena_zalloc(arena, objects, sizeof *scenery->facets);
     if (plan->textured) scenery->lit = shd_arena_zalloc(arena, objects, sizeof *scenery->lit);
-    if (!scenery->facets || (plan->textured && !scenery->lit)) return false;
+    scenery->classes = shd_arena_alloc(arena, objects, sizeof *scenery->classes);
+    if (!scenery->facets || !scenery->classes || (plan->textured && !scenery->lit)) return false;
     shd_mapped_facets mapped;
     facet_job l = {.scenery = scenery};
     for (size_t o = 0; o < objects; o++) {
+        scenery->classes[o] = (uint32_t)plan->objects[o].group;
         l.facets = shd_sight_facets(scenery->sight, o);
         if (!l.facets) continue;
         if (!l.scratch && !make_scratch(plan, arena, slots, &l)) return false;
@@ -250,6 +252,7 @@ bool shd_facets_light(shd_rendering *r, shd_scenery *scenery) {
         if (!take_room(plan, o, arena, &l)) return false;
         scenery->facets[o] = l.radiance;
         if (l.lit) scenery->lit[o] = l.lit;
+        if (l.radiance) scenery->classes[o] = (uint32_t)plan->group_count;
         shd_pool_for(pool, (l.facets->point_count + BLOCK - 1) / BLOCK, light_block, &l);
     }
     for (unsigned i = 0; l.scratch && i < slots; i++)

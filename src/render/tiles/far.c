@@ -10,11 +10,10 @@
 
 /* Of the room: of bunches, of all lights of a patch that has parts, of those of others, and of all
  * with what highlights of dull lights add. The rest is for lights that are dropped. */
-static const double BUNCH_SHARE = 0.15, FAR_SHARE[SHD_AFAR_LEVELS] = {0.15, 0.35, 0.85},
-                    SHARE = 0.95;
+static const double BUNCH_SHARE = 0.15, FAR_SHARE[SHD_AFAR_LEVELS] = {0.3, 0.6, 0.85}, SHARE = 0.95;
 
 enum {
-    BUNCHES = 1000,   /* that the room of bunches is meant for */
+    BUNCHES = 400,    /* that the room of bunches is meant for */
     BUNCH_PAYS = 160, /* points times lights that cost as much as a bunch of lights */
     ALONE_PAYS = 250  /* points that cost as much as looking at a light that is in no bunch */
 };
@@ -415,10 +414,9 @@ void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, cons
     if (!s.parts) part_dull(&s);
     out->spent = s.before + s.spent;
     out->sums = s.taken;
-    for (size_t i = 0; i < s.taken_bunches; i++)
-        shd_far_add_bunch(bunches, &bunches->list[scratch->taken[i]], &out->far);
-    shd_far_kernel_of(plan->isa)->add(bunches, scratch->taken + s.taken_bunches, s.taken_lights,
-                                      &out->far);
+    const shd_far_kernel *kernel = shd_far_kernel_of(plan->isa);
+    kernel->add_bunches(bunches, scratch->taken, s.taken_bunches, &out->far);
+    kernel->add(bunches, scratch->taken + s.taken_bunches, s.taken_lights, &out->far);
     if (whole && whole->far.lights) shd_far_shift(&whole->far, &out->far);
 }
 

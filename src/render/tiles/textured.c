@@ -96,9 +96,24 @@ void shd_textured_weigh_beam(const shd_scenery *scenery, const shd_plan_textures
     }
 }
 
+/* Both colors have a part of f0, so that one near 0, of whose root the index is, errs by no more of
+ * itself than they do. */
+static void find_indices(const shd_plan_textures *textures, double *const *weights, size_t count,
+                         double *const out[3]) {
+    for (int c = 0; c < 3; c++) {
+        const double *w = weights[textures->fresnel->field[c]], low = textures->f0[0][c],
+                     high = textures->f0[1][c];
+        for (size_t i = 0; i < count; i++) out[c][i] = shd_index_of((1 - w[i]) * low + w[i] * high);
+    }
+}
+
 void shd_textured_facets(const shd_plan_material *material, const shd_plan_slot *slot,
                          double *const *weights, size_t count, double *const out[3]) {
     const double *low = material->textures->low->diffuse;
+    if (slot == material->textures->fresnel) {
+        find_indices(material->textures, weights, count, out);
+        return;
+    }
     for (int c = 0; c < 3; c++) {
         const double *w = weights[slot->field[c]];
         for (size_t i = 0; i < count; i++)

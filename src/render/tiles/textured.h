@@ -16,8 +16,8 @@ void shd_textured_weigh(const shd_scenery *scenery, const shd_plan_textures *tex
 void shd_textured_weigh_beam(const shd_scenery *scenery, const shd_plan_textures *textures,
                              const shd_beam *beam, shd_tile_scratch *s);
 
-/* Fills out[channel][0 .. count - 1] with what facets reflect (shd_points64.facets) where the
- * fields of `slot`, shd_facet_slot's, have these weights. */
+/* Fills out[channel][0 .. count - 1] with what facets reflect, or their index
+ * (shd_points64.facets), where the fields of `slot`, shd_facet_slot's, have these weights. */
 void shd_textured_facets(const shd_plan_material *material, const shd_plan_slot *slot,
                          double *const *weights, size_t count, double *const out[3]);
 

@@ -45,13 +45,6 @@ static void sort_hits(const shd_hits *from, const uint32_t *order, shd_hits *to)
     shd_hits_pad(to);
 }
 
-/* What an object's hits are grouped by: its group, or one more group for all faceted objects that
- * have no patterns. */
-static size_t class_of(const shd_scenery *scenery, int32_t object) {
-    return scenery->facets[object] ? scenery->plan->group_count
-                                   : scenery->plan->objects[object].group;
-}
-
 static void add_run(const shd_scenery *scenery, shd_tile_scratch *s, size_t class, uint32_t first,
                     uint32_t count) {
     const int32_t group = class == scenery->plan->group_count ? SHD_RADIANCE : (int32_t) class;
@@ -65,15 +58,15 @@ static const shd_hits *make_runs(const shd_scenery *scenery, const shd_hits *hit
     const size_t classes = scenery->plan->group_count + 1;
     s->run_count = 0;
     if (!hits->count) return hits;
+    const uint32_t *const class_of = scenery->classes;
     bool alike = shd_is_one_object(hits);
     if (!alike) {
         memset(s->starts, 0, (classes + 1) * sizeof *s->starts);
-        for (size_t i = 0; i < hits->count; i++)
-            s->starts[class_of(scenery, hits->object[i]) + 1]++;
-        alike = s->starts[class_of(scenery, hits->object[0]) + 1] == hits->count;
+        for (size_t i = 0; i < hits->count; i++) s->starts[class_of[hits->object[i]] + 1]++;
+        alike = s->starts[class_of[hits->object[0]] + 1] == hits->count;
     }
     if (alike) {
-        add_run(scenery, s, class_of(scenery, hits->object[0]), 0, (uint32_t)hits->count);
+        add_run(scenery, s, class_of[hits->object[0]], 0, (uint32_t)hits->count);
         return hits;
     }
     for (size_t k = 0; k < classes; k++) {
@@ -82,7 +75,7 @@ static const shd_hits *make_runs(const shd_scenery *scenery, const shd_hits *hit
         if (count) add_run(scenery, s, k, s->starts[k], count);
     }
     for (size_t i = 0; i < hits->count; i++)
-        s->order[s->starts[class_of(scenery, hits->object[i])]++] = (uint32_t)i;
+        s->order[s->starts[class_of[hits->object[i]]]++] = (uint32_t)i;
     sort_hits(hits, s->order, &s->sorted);
     return &s->sorted;
 }
@@ -216,9 +209,13 @@ static void light_exactly(const shd_scenery *scenery, const lit_run *l, size_t p
 
 /* Leaves out lights that do not reach the run's points, or are too weak. */
 static void cull_lights(const shd_scenery *scenery, lit_run *l, shd_tile_scratch *s) {
-    enum { FEW = 2 }; /* lights that cost less than looking at the points */
+    enum {
+        FEW = 2 /* lights that cost less than looking at the points */,
+        LOOK = 24 /* quick sums at points that cost less than looking at each light */
+    };
     const shd_plan *plan = scenery->plan;
     if (plan->tier == SHD_EXACT || l->lights <= FEW) return;
+    if (l->quick && l->count < LOOK) return;
     const shd_patch patch = shd_patch_of(scenery, l->hits, l->first, l->count);
     const size_t object = (size_t)l->hits->object[l->first];
     const size_t count = shd_plan_cull(plan, &patch, l->which, l->lights, s->which);

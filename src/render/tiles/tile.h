@@ -16,6 +16,9 @@ typedef struct shd_scenery {
     const shd_lighting *lighting;
     float **facets; /* [object]: the radiance of its points (facets.h); NULL: it has no facets */
     double **lit;   /* [object]: or what patterns multiply there (facets.h); NULL: it has none */
+    /* [object]: what hits are grouped by: the object's group, or plan->group_count for all that
+     * have facets. Of many objects, plan->objects is too large for caches. */
+    uint32_t *classes;
     const shd_paint_kernel *paint;
     const struct shd_traced *traced; /* rays beyond the eye's (traced.h); NULL: there are none */
     bool data; /* layers of normals, positions, depths or objects are wanted */

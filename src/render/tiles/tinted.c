@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "render/tiles/radiance.h"
+#include "render/tiles/textured.h"
 
 static void add_bins(size_t count, double by, const double (*from)[3], double (*out)[3]) {
     for (size_t b = 0; b < count; b++)
@@ -46,6 +47,12 @@ void shd_tinted_plane(const shd_scenery *scenery, const shd_surface *at, size_t 
     const shd_part part = shd_part_of(plan, at->material, plane);
     const bool mixed = textures && textures->part_count;
     shd_surface of = *at;
+    const shd_plan_slot *facets = shd_facet_slot(at->material);
+    double reflected[3], *const rows[3] = {&reflected[0], &reflected[1], &reflected[2]};
+    if (facets) {
+        shd_textured_facets(at->material, facets, weights, 1, rows);
+        of.facets = (const double *const *)rows;
+    }
     if (mixed) of.material = &plan->materials[textures->parts];
     if (part.emissive) add_bins(plan->bins->count, 1, of.material->tint->emissive, out);
     if (part.ambient) add_bins(plan->bins->count, 1, of.material->tint->ambient, out);
