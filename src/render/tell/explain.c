@@ -107,8 +107,8 @@ static json_t *tell_objects(const shd_plan *plan) {
         if (shd_is_cancelled_at(plan->cancelled, i)) break;
         const shd_plan_object *object = &plan->objects[i];
         const shd_mesh *mesh = scene->objects[i].mesh;
-        const char *type =
-            mesh && mesh->type ? mesh->type : shd_shape_names[scene->objects[i].shape];
+        const shd_shape shape = scene->objects[i].shape;
+        const char *type = mesh && mesh->type ? mesh->type : shd_shape_names[shape];
         json_array_append_new(list, json_pack("{ss ss sI sI}", "type", type, "material",
                                               scene->materials[scene->objects[i].material].name,
                                               "group", (json_int_t)object->group, "lights",
@@ -130,33 +130,28 @@ static json_t *tell_texture(const shd_pattern *pattern, const char *name) {
     const shd_pyramid *picture = pattern->picture;
     if (!picture) return json_pack("{ss}", "pattern", shd_pattern_names[pattern->kind]);
     const shd_texels *texels = picture->texels;
-    const size_t bytes = shd_texels_size(texels) + shd_pyramid_size(texels);
     return json_pack("{ss sI sI sI sI}", "texture", name, "width", (json_int_t)texels->width,
                      "height", (json_int_t)texels->height, "levels", (json_int_t)picture->count,
-                     "bytes", (json_int_t)bytes);
+                     "bytes", (json_int_t)(shd_texels_size(texels) + shd_pyramid_size(texels)));
 }
 
-static void tell_member(json_t *list, const shd_texture *texture, const char *member) {
+static json_t *tell_member(json_t *list, const shd_texture *texture, const char *member) {
     json_t *told = tell_texture(&texture->pattern, texture->name);
     json_object_set_new(told, "coefficient", json_string(member));
     json_array_append_new(list, told);
+    return told;
 }
 
-static void tell_gloss(json_t *list, const shd_plan_material *material, size_t lobe) {
-    const shd_gloss *gloss = &material->gloss[lobe];
-    json_t *told = tell_texture(&gloss->texture->pattern, gloss->texture->name),
-           *more = json_pack("{ss sI s[ff]}", "coefficient",
-                             material->model == SHD_MODEL_COOK_TORRANCE ? "roughness" : "shininess",
-                             "lobe", (json_int_t)lobe, "range", gloss->least, gloss->most);
-    json_object_update_new(told, more);
-    json_array_append_new(list, told);
+static void tell_gloss(json_t *list, const shd_gloss *gloss, size_t lobe, bool facets) {
+    json_t *told = tell_member(list, gloss->texture, facets ? "roughness" : "shininess");
+    json_object_set_new(told, "lobe", json_integer((json_int_t)lobe));
+    json_object_set_new(told, "range", json_pack("[ff]", gloss->least, gloss->most));
 }
 
 /* NULL: the material has no patterns and no map of normals. */
 static json_t *tell_patterns(const shd_plan_material *material) {
     const shd_plan_textures *textures = material->textures;
-    const shd_texture *normal = material->normal;
-    if (!textures && !normal && !material->gloss) return NULL;
+    if (!textures && !material->normal && !material->gloss) return NULL;
     json_t *list = json_array();
     for (size_t e = 0; e < shd_material_slots(material); e++) {
         const shd_plan_slot *slot = &textures->slots[e];
@@ -171,12 +166,13 @@ static json_t *tell_patterns(const shd_plan_material *material) {
         json_array_append_new(list, told);
     }
     if (textures && textures->fresnel) tell_member(list, material->from->fresnel.f0_texture, "f0");
-    static const char *const rays[SHD_RAY_COEFFICIENTS] = {"opacity", "reflection", "transmission"};
+    static const char *const rays[] = {"opacity", "reflection", "transmission"};
     for (int k = 0; textures && k < SHD_RAY_COEFFICIENTS; k++)
         if (textures->rays[k].texture) tell_member(list, textures->rays[k].texture, rays[k]);
-    if (normal) tell_member(list, normal, "normal");
+    if (material->normal) tell_member(list, material->normal, "normal");
+    const bool facets = material->model == SHD_MODEL_COOK_TORRANCE;
     for (size_t k = 0; material->gloss && k < material->lobe_count; k++)
-        if (material->gloss[k].texture) tell_gloss(list, material, k);
+        if (material->gloss[k].texture) tell_gloss(list, &material->gloss[k], k, facets);
     return list;
 }
 
