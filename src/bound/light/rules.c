@@ -313,18 +313,18 @@ static void fit_light(block *b, changes *l, const shd_plan_material *material) {
     }
 }
 
-static block block_of(const shd_analytic *a, const shd_rule *rules, size_t count, double room) {
-    block b = {.a = a, .rules = rules, .room = room, .disc = {8, 6}};
+static void set_block(const shd_analytic *a, const shd_rule *rules, size_t count, double room,
+                      block *b) {
+    *b = (block){.a = a, .rules = rules, .room = room, .disc = {8, 6}};
     const double cosine = shd_dot(a->normal, a->view),
                  off = a->near.normal + a->near.view + a->near.normal * a->near.view;
-    b.mirror = shd_sub(shd_scale(a->normal, 2 * cosine), a->view);
-    b.cosine = shd_smaller(cosine + off, 1);
-    b.sine = shd_smaller(sqrt(shd_larger(1 - cosine * cosine, 0)) + off, 1);
-    b.near_turned = mirror_moves(&b, &a->near);
-    b.turned = mirror_moves(&b, &a->around);
-    b.fits = (1u << count) - 1;
-    for (size_t r = 0; r < count; r++) b.shared |= rules[r].rim ? 1u << r : 0;
-    return b;
+    b->mirror = shd_sub(shd_scale(a->normal, 2 * cosine), a->view);
+    b->cosine = shd_smaller(cosine + off, 1);
+    b->sine = shd_smaller(sqrt(shd_larger(1 - cosine * cosine, 0)) + off, 1);
+    b->near_turned = mirror_moves(b, &a->near);
+    b->turned = mirror_moves(b, &a->around);
+    b->fits = (1u << count) - 1;
+    for (size_t r = 0; r < count; r++) b->shared |= rules[r].rim ? 1u << r : 0;
 }
 
 /* Tells the pixels that may take the rules that are left. */
@@ -337,9 +337,14 @@ static bool find_pixels(const block *b, size_t count, uint64_t *pixels) {
     for (size_t k = 0; k < b->set_count && b->fits; k++) {
         shd_setting set;
         const bool known = shd_find_setting(b->a, b->sets[k].light, &set);
-        for (size_t r = 0; r < count; r++)
-            if (pixels[r] && b->sets[k].rules >> r & 1)
-                pixels[r] &= known ? shd_off_setting(&set, b->rules[r].reach) : 0;
+        double reach = -1;
+        uint64_t off = 0; /* what is off the light's setting by `reach` */
+        for (size_t r = 0; r < count; r++) {
+            if (!pixels[r] || !(b->sets[k].rules >> r & 1)) continue;
+            if (known && b->rules[r].reach != reach)
+                off = shd_off_setting(&set, reach = b->rules[r].reach);
+            pixels[r] &= off;
+        }
     }
     for (size_t r = 0; r < count; r++) any |= pixels[r];
     return any;
@@ -347,16 +352,13 @@ static bool find_pixels(const block *b, size_t count, uint64_t *pixels) {
 
 bool shd_find_rules(const shd_plan *plan, const shd_analytic *a, const shd_rule *rules,
                     size_t count, double room, uint64_t *pixels) {
-    enum { AT_ONCE = 8 }; /* lights: where they are is told before what takes longer */
     const shd_plan_group *group = &plan->groups[plan->objects[a->object].group];
-    block b = block_of(a, rules, count, room);
-    for (size_t first = 0; first < group->light_count && b.fits; first += AT_ONCE) {
-        changes lights[AT_ONCE];
-        size_t lit = 0;
-        for (size_t k = first; k < group->light_count && k < first + AT_ONCE && b.fits; k++)
-            lit += look_at(&b, &plan->lights[group->lights[k]], &lights[lit]);
-        for (size_t k = 0; k < lit && b.fits; k++)
-            fit_light(&b, &lights[k], &plan->materials[group->material]);
+    block b;
+    set_block(a, rules, count, room, &b);
+    for (size_t k = 0; k < group->light_count && b.fits; k++) {
+        changes light;
+        if (look_at(&b, &plan->lights[group->lights[k]], &light))
+            fit_light(&b, &light, &plan->materials[group->material]);
     }
     return find_pixels(&b, count, pixels);
 }

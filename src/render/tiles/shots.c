@@ -203,6 +203,7 @@ static bool choose_rule(const shd_tile_scratch *s, const uint64_t *pixels, int s
     double most = 0;
     for (size_t r = 0; r < s->rule_count; r++) {
         const uint64_t some = pixels[r] & left;
+        if (!some) continue;
         const double each = s->rules[r].rim ? 1.5 : (double)s->rules[r].count,
                      saved = (samples - each) * __builtin_popcountll(some);
         if (!(saved > most)) continue;
