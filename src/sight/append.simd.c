@@ -87,8 +87,8 @@ SHD_INLINE void append_lanes(void *to, const void *from, size_t size, size_t at,
     if (size == sizeof(float)) {
         for (int i = 0; i < lanes->fours; i++) {
             const __m128i order = _mm_loadu_si128((const __m128i *)PACKED[lanes->order[i]]);
-            const __m128 some = _mm_load_ps((const float *)in + 4 * i);
-            _mm_storeu_ps((float *)out + lanes->at[i], _mm_permutevar_ps(some, order));
+            const __m128 some = _mm_load_ps((const float *)from + 4 * i);
+            _mm_storeu_ps((float *)to + at + lanes->at[i], _mm_permutevar_ps(some, order));
         }
         return;
     }

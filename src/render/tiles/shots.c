@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "bound/light/means.h"
-#include "bound/light/rules.h"
+#include "render/tiles/ruled.h"
 #include "shade/sketch.h"
 #include "sight/bend.h"
 
@@ -160,135 +160,18 @@ static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scra
     return how == LOOK_AT_ALL && !one ? LOOK_ONCE : how;
 }
 
-/* ---- Rules. ---- */
-
-enum { MOST_RULES = SHD_RULED / SHD_QUARTERS }; /* of a part of a block */
-
-/* Pixels of a block that take a rule. */
-typedef struct ruled {
-    uint16_t rule; /* plus 1 */
-    uint32_t object;
-    uint64_t pixels;
-} ruled;
-
 /* The blocks of a tile that are drawn already, or take one sample a pixel, or rules. */
 typedef struct block_kinds {
     size_t count; /* of all of these */
     bool drawn[SHD_BLOCKS], center[SHD_BLOCKS], rest[SHD_BLOCKS];
-    size_t ruled_count[SHD_BLOCKS];
-    ruled ruled[SHD_BLOCKS][SHD_RULED];
-    uint64_t all[SHD_BLOCKS]; /* pixels that take all samples, */
-    bool inside[SHD_BLOCKS];  /* all of which hit `object` first */
-    uint32_t object[SHD_BLOCKS];
+    shd_block_rules rules[SHD_BLOCKS];
 } block_kinds;
-
-/* Whether a proof is worth its while. Of few samples it saves so little that it costs as much where
- * it seldom succeeds: where highlights on a ball are narrow, as pixels see them. */
-static bool is_worth_a_look(const shd_analytic *a, const shd_plan_material *material,
-                            size_t rule_count) {
-    static const double LEAST_WIDTH = 9; /* pixels, of what falls by exp(-1 / 2) */
-    const shd_strike *m = &a->strike;
-    if (rule_count > SHD_FRINGE || !m->ball) return true;
-    const double turn = 2 * (m->orthographic ? m->pace / m->size : m->pace * m->along);
-    for (size_t k = 0; k < material->lobe_count; k++)
-        if (material->lobes[k].shininess * turn * turn * LEAST_WIDTH * LEAST_WIDTH > 1)
-            return false;
-    return true;
-}
-
-/* Chooses, of the pixels that are left, those for which a rule saves the most samples. Of centers
- * that neighbors share there is one and a half for each pixel. */
-static bool choose_rule(const shd_tile_scratch *s, const uint64_t *pixels, int samples,
-                        uint64_t left, ruled *out) {
-    double most = 0;
-    for (size_t r = 0; r < s->rule_count; r++) {
-        const uint64_t some = pixels[r] & left;
-        if (!some) continue;
-        const double each = s->rules[r].rim ? 1.5 : (double)s->rules[r].count,
-                     saved = (samples - each) * __builtin_popcountll(some);
-        if (!(saved > most)) continue;
-        most = saved;
-        out->rule = (uint16_t)(r + 1);
-        out->pixels = some;
-    }
-    return most > 0;
-}
-
-/* The pixels of a quarter as those of its block. */
-static uint64_t in_block(int part, uint64_t pixels) {
-    enum { SIDE = SHD_BLOCK_SIDE / 2 };
-    if (part == SHD_WHOLE) return pixels;
-    uint64_t out = 0;
-    for (int row = 0; row < SIDE; row++)
-        out |= (pixels >> row * SIDE & SHD_ROW >> SIDE) << row * SHD_BLOCK_SIDE;
-    return out << ((part & 1) * SIDE + (part >> 1) * SIDE * SHD_BLOCK_SIDE);
-}
-
-/* Adds a rule to those of a block, or pixels to the last one. */
-static void add_rule(const ruled *of, size_t block, block_kinds *out) {
-    size_t *count = &out->ruled_count[block];
-    ruled *at = &out->ruled[block][*count];
-    out->all[block] &= ~of->pixels;
-    if (*count && at[-1].rule == of->rule && at[-1].object == of->object)
-        at[-1].pixels |= of->pixels;
-    else
-        out->ruled[block][(*count)++] = *of;
-}
-
-/* Finds the rules that pixels of a part of a block may take, and of which object. Whether there are
- * any. */
-static bool find_fits(const shd_scenery *scenery, size_t block, int part, const shd_tile_scratch *s,
-                      block_kinds *out) {
-    const shd_plan *plan = scenery->plan;
-    shd_analytic a;
-    uint64_t pixels[SHD_RULES], left = ~(uint64_t)0;
-    if (!shd_sight_expand(scenery->sight, &s->survey, block, part, &a)) return false;
-    const shd_plan_material *material = &plan->materials[plan->objects[a.object].material];
-    if (part == SHD_WHOLE) {
-        out->inside[block] = true;
-        out->object[block] = (uint32_t)a.object;
-    }
-    if (material->textures || !is_worth_a_look(&a, material, s->rule_count) ||
-        !shd_find_rules(plan, &a, s->rules, s->rule_count, 1, pixels))
-        return false;
-    for (int k = 0; k < MOST_RULES; k++) {
-        ruled of = {.object = (uint32_t)a.object};
-        if (!choose_rule(s, pixels, plan->scene->raster.samples, left, &of)) break;
-        left &= ~of.pixels;
-        of.pixels = in_block(part, of.pixels);
-        add_rule(&of, block, out);
-    }
-    return true;
-}
-
-/* Finds which rules quarters of a block may take, or that they need no rays. */
-static void find_parts(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s,
-                       block_kinds *out) {
-    static const uint64_t QUARTER = 0x0f0f0f0f;
-    const bool fine = scenery->plan->scene->raster.samples >= SHD_FINE;
-    for (int part = 0; part < SHD_QUARTERS; part++) {
-        shd_seen seen[SHD_SEEN_MOST];
-        if (!shd_sight_seen(scenery->sight, &s->survey, block, part, seen))
-            out->all[block] &= ~(QUARTER << ((part & 1) * 4 + (part >> 1) * 32));
-        else if (fine)
-            find_fits(scenery, block, part, s, out);
-    }
-}
-
-/* Finds which of a block's pixels may take rules. */
-static void find_rules(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s,
-                       block_kinds *out) {
-    if (s->survey.blocks[block].count > SHD_SEEN_MOST) return;
-    if (find_fits(scenery, block, SHD_WHOLE, s, out)) return;
-    if (!out->inside[block] || scenery->plan->scene->raster.samples >= SHD_FINE)
-        find_parts(scenery, block, s, out);
-}
 
 static void find_kinds(const shd_scenery *scenery, shd_tile_scratch *s, block_kinds *out) {
     const size_t blocks = (size_t)s->survey.across * (size_t)s->survey.down;
     const bool draft = shd_plan_is_draft(scenery->plan);
     *out = (block_kinds){0};
-    memset(out->all, 0xff, sizeof out->all);
+    for (size_t block = 0; block < blocks; block++) out->rules[block].all = ~(uint64_t)0;
     if (!draft && !s->rule_count) return;
     for (size_t block = 0; block < blocks; block++) {
         if (!s->survey.blocks[block].count) continue;
@@ -296,8 +179,9 @@ static void find_kinds(const shd_scenery *scenery, shd_tile_scratch *s, block_ki
         out->drawn[block] = how == LOOK_DONE;
         out->center[block] = how == LOOK_ONCE;
         out->rest[block] = how == LOOK_AT_REST;
-        if (how == LOOK_AT_ALL && s->rule_count) find_rules(scenery, block, s, out);
-        out->count += how != LOOK_AT_ALL || out->all[block] != ~(uint64_t)0;
+        if (how == LOOK_AT_ALL && s->rule_count)
+            shd_find_block_rules(scenery, block, s, &out->rules[block]);
+        out->count += how != LOOK_AT_ALL || out->rules[block].all != ~(uint64_t)0;
     }
 }
 
@@ -322,8 +206,8 @@ static void add_ruled(shd_tile tile, const block_kinds *kinds, size_t rule, shd_
     const size_t blocks = (size_t)s->survey.across * (size_t)s->survey.down;
     const bool shared = s->rules[rule].rim;
     for (size_t block = 0; block < blocks; block++)
-        for (size_t k = 0; k < kinds->ruled_count[block]; k++) {
-            const ruled *of = &kinds->ruled[block][k];
+        for (size_t k = 0; k < kinds->rules[block].count; k++) {
+            const shd_ruled *of = &kinds->rules[block].ruled[k];
             if (shared ? !s->rules[of->rule - 1].rim : of->rule != rule + 1) continue;
             shd_bundle *b =
                 add_pixels(tile, block, of->pixels, shared ? 1 : s->rules[rule].count, s);
@@ -347,13 +231,13 @@ static void add_all(shd_tile tile, const block_kinds *kinds, bool inside, bool i
     const size_t blocks = (size_t)s->survey.across * (size_t)s->survey.down;
     for (size_t k = 0; k < blocks; k++) {
         const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
-        if (!s->survey.blocks[block].count || kinds->inside[block] != inside ||
+        if (!s->survey.blocks[block].count || kinds->rules[block].inside != inside ||
             kinds->drawn[block] || kinds->center[block] || kinds->rest[block])
             continue;
-        shd_bundle *b = add_pixels(tile, block, kinds->all[block], samples, s);
+        shd_bundle *b = add_pixels(tile, block, kinds->rules[block].all, samples, s);
         if (!b) continue;
         b->inside = inside;
-        b->object = kinds->object[block];
+        b->object = kinds->rules[block].object;
         if (s->rule_count) join_last(s);
     }
 }
