@@ -7,6 +7,8 @@
 
 #include "base/vec3.h"
 
+enum { SHD_BLOCK_SIDE = 8, SHD_ROW = 0xff }; /* pixels of blocks, and of a row, as bits */
+
 /* The most that a vector's first and second derivative are in any direction. */
 typedef struct shd_slopes {
     double first, second;
@@ -97,7 +99,9 @@ typedef struct shd_analytic {
     size_t object;                /* all of the rays hit it, and nothing else in the block */
     shd_vec3 point, normal, view; /* at the block's middle: world frame, unit, unit */
     shd_strike strike, worst;     /* there; and at pixels' centers, the one that moves most */
-    double centers;               /* pixels: no pixel's center is farther from the middle */
+    shd_vec3 right, down;         /* what the point moves by there for each pixel */
+    int side;                     /* pixels of the part */
+    double centers;               /* no pixel's center is farther from the middle */
     shd_moves near, around;       /* through the block; and through centers of pixels beside it */
 } shd_analytic;
 

@@ -82,6 +82,7 @@ static void set_shares(int samples, shd_rule *r) {
     enum { LAST = 7 };
     static const double SQUARES[5] = {1, 4, 6, 4, 1}; /* of (u^2 + v^2)^4 */
     const frame picture = {1, 0};
+    r->reach = 0.5;
     double off[LAST + 1], eighth = 0, spread = 0, reach = 0.7071067812;
     for (int d = 3; d <= LAST; d++) off[d] = apart(samples, r, d);
     for (int i = 0; i <= 4; i++) eighth += SQUARES[i] * moment(samples, picture, 8 - 2 * i, 2 * i);
@@ -89,6 +90,7 @@ static void set_shares(int samples, shd_rule *r) {
         const double square = r->x[k] * r->x[k] + r->y[k] * r->y[k];
         eighth += fabs(r->weight[k]) * power(square, 4);
         reach = fmax(reach, sqrt(square));
+        r->reach = fmax(r->reach, fmax(fabs(r->x[k]), fabs(r->y[k])));
         spread += fabs(r->weight[k]);
     }
     if (!(spread <= (r->rim ? SHD_NODES_SPREAD : 1 + 1e-9))) eighth = INFINITY;
@@ -101,27 +103,27 @@ static void set_shares(int samples, shd_rule *r) {
     }
 }
 
-/* Lagrange's polynomial that is 1 at `at` of the rim's places from -SHD_FRINGE up, and 0 at the
- * others. */
-static double lagrange(int at, double x) {
+/* Lagrange's polynomial that is 1 at `at` of the places from -rim up to rim, and 0 at the others.
+ */
+static double lagrange(int rim, int at, double x) {
     double product = 1;
-    for (int other = -SHD_FRINGE; other <= SHD_FRINGE; other++)
+    for (int other = -rim; other <= rim; other++)
         if (other != at) product *= (x - other) / (at - other);
     return product;
 }
 
-/* The rule of 5 x 5 pixels' centers: the pattern's mean of the polynomial of degree 4 in each
- * coordinate that has their values. */
-static void set_centers(int samples, shd_rule *shared) {
+/* The rule of the centers up to `rim` pixels away: the pattern's mean of the polynomial of degree
+ * 2 rim in each coordinate that has their values. */
+static void set_centers(int samples, int rim, shd_rule *shared) {
     const frame picture = {1, 0};
-    shared->rim = SHD_FRINGE;
-    for (int row = -SHD_FRINGE; row <= SHD_FRINGE; row++)
-        for (int column = -SHD_FRINGE; column <= SHD_FRINGE; column++) {
+    shared->rim = rim;
+    for (int row = -rim; row <= rim; row++)
+        for (int column = -rim; column <= rim; column++) {
             double sum = 0;
             for (int k = 0; k < samples; k++) {
                 double x, y;
                 shd_sample_offset(k, samples, &x, &y);
-                sum += lagrange(column, x - 0.5) * lagrange(row, y - 0.5);
+                sum += lagrange(rim, column, x - 0.5) * lagrange(rim, row, y - 0.5);
             }
             add_node(shared, picture, column, row, sum / samples);
         }
@@ -153,7 +155,7 @@ static void set_own(int samples, shd_rule *four, shd_rule *seven) {
 void shd_rules_of(int samples, shd_rule out[SHD_RULES]) {
     const size_t count = shd_rule_count(samples);
     for (size_t r = 0; r < SHD_RULES; r++) out[r] = (shd_rule){0};
-    set_centers(samples, &out[0]);
-    if (count > 1) set_own(samples, &out[1], &out[2]);
+    for (int rim = 1; rim <= SHD_FRINGE; rim++) set_centers(samples, rim, &out[rim - 1]);
+    if (count > SHD_FRINGE) set_own(samples, &out[SHD_FRINGE], &out[SHD_FRINGE + 1]);
     for (size_t r = 0; r < count; r++) set_shares(samples, &out[r]);
 }

@@ -9,22 +9,45 @@ static_assert(offsetof(shd_stage, position32) % 64 == 0 &&
                   offsetof(shd_stage, triangle) % 64 == 0 && offsetof(shd_stage, u) % 64 == 0,
               "a stage's arrays are loaded as whole vectors");
 
-/* The lanes that hit: a mask if there are instructions for it, else one after the other. */
+/* The lanes that hit: a mask if there are instructions for it; how fours of lanes are packed, and
+ * where these go; else one after the other. */
 typedef struct hit_lanes {
     size_t count;
     uint64_t mask;
     uint8_t lane[SHD_RAYS];
+    int fours; /* up to the last one that has a hit */
+    uint8_t order[SHD_RAYS / 4], at[SHD_RAYS / 4];
 } hit_lanes;
+
+#if defined(__AVX2__) && !defined(__AVX512F__)
+/* Moves the lanes of a mask's bits to the front. */
+static const int32_t PACKED[16][4] = {{0},    {0},       {1},       {0, 1},      {2},    {0, 2},
+                                      {1, 2}, {0, 1, 2}, {3},       {0, 3},      {1, 3}, {0, 1, 3},
+                                      {2, 3}, {0, 2, 3}, {1, 2, 3}, {0, 1, 2, 3}};
+#endif
 
 SHD_INLINE void find_lanes(const double *restrict object, size_t hits, hit_lanes *restrict out) {
     out->count = hits;
     out->mask = 0;
+    out->fours = 0;
     if (hits == SHD_RAYS) return;
 #if defined(__AVX512F__)
     for (int i = 0; i < SHD_RAYS; i += 8) {
         const __m512d some = _mm512_load_pd(object + i);
         const uint64_t mask = _mm512_cmp_pd_mask(some, _mm512_set1_pd(SHD_NOTHING), _CMP_NEQ_OQ);
         out->mask |= mask << i;
+    }
+#elif defined(__AVX2__)
+    size_t n = 0;
+    for (int i = 0; i < SHD_RAYS / 4; i++) {
+        const __m256d some = _mm256_load_pd(object + 4 * i),
+                      hit = _mm256_cmp_pd(some, _mm256_set1_pd(SHD_NOTHING), _CMP_NEQ_OQ);
+        const unsigned mask = (unsigned)_mm256_movemask_pd(hit);
+        out->mask |= (uint64_t)mask << 4 * i;
+        out->order[i] = (uint8_t)mask;
+        out->at[i] = (uint8_t)n;
+        if (mask) out->fours = i + 1;
+        n += (size_t)__builtin_popcount(mask);
     }
 #else
     size_t n = 0;
@@ -35,7 +58,8 @@ SHD_INLINE void find_lanes(const double *restrict object, size_t hits, hit_lanes
 #endif
 }
 
-/* Appends an array's elements of the lanes that hit. */
+/* Appends an array's elements of the lanes that hit. What follows may be written, too, but nothing
+ * that would be behind the hits if all rays up to the last one that did had hit. */
 SHD_INLINE void append_lanes(void *to, const void *from, size_t size, size_t at,
                              const hit_lanes *lanes) {
     if (lanes->count == SHD_RAYS) {
@@ -59,6 +83,17 @@ SHD_INLINE void append_lanes(void *to, const void *from, size_t size, size_t at,
                                      _mm512_maskz_compress_epi64((__mmask8)mask, some));
         out += (size_t)count * size;
     }
+#elif defined(__AVX2__)
+    if (size == sizeof(float)) {
+        for (int i = 0; i < lanes->fours; i++) {
+            const __m128i order = _mm_loadu_si128((const __m128i *)PACKED[lanes->order[i]]);
+            const __m128 some = _mm_load_ps((const float *)from + 4 * i);
+            _mm_storeu_ps((float *)to + at + lanes->at[i], _mm_permutevar_ps(some, order));
+        }
+        return;
+    }
+    for (uint64_t mask = lanes->mask; mask; mask &= mask - 1, out += size)
+        memcpy(out, in + size * (size_t)__builtin_ctzll(mask), size);
 #else
     for (size_t k = 0; k < lanes->count; k++)
         memcpy(out + size * k, in + size * lanes->lane[k], size);

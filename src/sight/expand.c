@@ -14,6 +14,7 @@ typedef struct beam {
     bool orthographic;
     shd_vec3 origin, way; /* from the camera's position; unit */
     double pace;          /* what a pixel moves the direction by, or the origin */
+    shd_vec3 right, down; /* the same, but for what is along the direction */
 } beam;
 
 static beam beam_of(const shd_lens *lens, const shd_middle *at) {
@@ -21,12 +22,19 @@ static beam beam_of(const shd_lens *lens, const shd_middle *at) {
     const double p = (at->x - lens->middle_x) * lens->step_x,
                  q = (lens->middle_y - at->y) * lens->step_y,
                  step = fmax(lens->step_x, lens->step_y) * (1 + SLACK);
-    const shd_vec3 in_plane = shd_madd(shd_scale(camera->right, p), camera->up, q);
+    const shd_vec3 in_plane = shd_madd(shd_scale(camera->right, p), camera->up, q),
+                   right = shd_scale(camera->right, lens->step_x),
+                   down = shd_scale(camera->up, -lens->step_y);
     if (camera->projection == SHD_ORTHOGRAPHIC)
-        return (beam){true, in_plane, shd_scale(camera->back, -1), step};
+        return (beam){true, in_plane, shd_scale(camera->back, -1), step, right, down};
     const shd_vec3 w = shd_sub(in_plane, camera->back);
     const double length = shd_length(w);
-    return (beam){false, {0, 0, 0}, shd_scale(w, 1 / length), step / length};
+    return (beam){false,
+                  {0, 0, 0},
+                  shd_scale(w, 1 / length),
+                  step / length,
+                  shd_scale(right, 1 / length),
+                  shd_scale(down, 1 / length)};
 }
 
 static bool meet_ball(const shd_item *it, const beam *b, shd_strike *m, shd_analytic *out) {
@@ -78,6 +86,12 @@ static shd_middle middle_of(const shd_survey *survey, size_t block, int part) {
     return out;
 }
 
+/* What moves of a ray move the point by: along the ray, too, so that it stays on the surface. */
+static shd_vec3 point_moves(const shd_analytic *a, const beam *b, shd_vec3 move) {
+    const shd_vec3 aside = b->orthographic ? move : shd_scale(move, a->strike.size * a->strike.t);
+    return shd_madd(aside, b->way, -shd_dot(aside, a->normal) / shd_dot(b->way, a->normal));
+}
+
 /* Tells of an object, if all rays hit it before the depth `beyond`. */
 static bool expand_object(const shd_sight *sight, uint32_t object, const shd_middle *middle,
                           double side, double beyond, shd_analytic *out) {
@@ -88,6 +102,7 @@ static bool expand_object(const shd_sight *sight, uint32_t object, const shd_mid
     const beam b = beam_of(&sight->lens, middle);
     out->object = object;
     out->view = shd_scale(b.way, -1);
+    out->side = (int)side;
     out->centers = (side - 1) / 2 * ROOT2;
     shd_strike *m = &out->strike;
     if (!(it->ball ? meet_ball(it, &b, m, out) : meet_plane(sight, it, &b, m, out))) return false;
@@ -96,6 +111,8 @@ static bool expand_object(const shd_sight *sight, uint32_t object, const shd_mid
     if (!(depth < beyond)) return false;
     m->orthographic = b.orthographic;
     m->pace = b.pace;
+    out->right = point_moves(out, &b, b.right);
+    out->down = point_moves(out, &b, b.down);
     return shd_move(m, side / 2 * ROOT2, &out->near) &&
            depth + out->near.point < beyond * (1 - SLACK) &&
            shd_move(m, out->centers + SHD_BESIDE, &out->around) &&

@@ -11,6 +11,7 @@
 
 #include "base/arena.h"
 #include "base/pattern.h"
+#include "plan/nodes.h"
 #include "plan/plan.h"
 #include "sight/gbuffer.h"
 
@@ -31,8 +32,6 @@ typedef struct shd_tile {
 } shd_tile;
 
 /* ---- Surveys: what may be seen where, before any ray is cast. ---- */
-
-enum { SHD_BLOCK_SIDE = 8 }; /* pixels */
 
 /* What may be seen through any point of a block of 8 x 8 pixels, or fewer at the rectangle's right
  * and lower edges. */
@@ -74,7 +73,7 @@ static inline size_t shd_center_sample(size_t samples) {
 
 /* The first of the shots through the nodes of a rule (plan/nodes.h) that are the pixel's own. */
 static inline size_t shd_rule_sample(size_t samples, size_t rule) {
-    return samples + 1 + (rule == 2 ? 4 : 0);
+    return samples + 1 + (rule == SHD_FRINGE + 1 ? 4 : 0);
 }
 
 /* Casts the shots at the candidates and appends the hits to `out`, which must have room for

@@ -12,6 +12,7 @@
 
 #include "bound/light/means.h"
 #include "bound/light/rules.h"
+#include "bound/light/sets.h"
 #include "sight/bend.h"
 #include "sight/item.h"
 
@@ -320,8 +321,10 @@ static void add_light(const stage *s, double x, double y, double weight, double 
     for (int c = 0; c < 3; c++) out[c] += weight * (value[c] - s->material.constant[c]);
 }
 
-/* The most that a rule's mean is off that of all samples, over what one unit of room is. */
-static double most_off_by(const stage *s, const shd_analytic *a, const shd_rule *rule, int part) {
+/* The most that a rule's mean is off that of all samples in these pixels, over what one unit of
+ * room is. */
+static double most_off_by(const stage *s, const shd_analytic *a, const shd_rule *rule, int part,
+                          uint64_t pixels) {
     const int side = part == SHD_WHOLE ? SHD_BLOCK_SIDE : SHD_BLOCK_SIDE / 2,
               left = s->survey.rect.x + (part & 1) * side,
               top = s->survey.rect.y + (part >> 1 & 1) * side;
@@ -340,6 +343,7 @@ static double most_off_by(const stage *s, const shd_analytic *a, const shd_rule 
     }
     for (int y = top; y < top + side; y++)
         for (int x = left; x < left + side; x++) {
+            if (!(pixels >> ((y - top) * side + x - left) & 1)) continue;
             double off[3] = {0, 0, 0};
             for (int i = 0; i < s->samples; i++) {
                 double dx, dy;
@@ -357,7 +361,7 @@ static double most_off_by(const stage *s, const shd_analytic *a, const shd_rule 
 static void nodes_are_no_farther_off_than_told(void **state) {
     static const int patterns[] = {4, 5, 8, 9, 16, 16, 25, 64};
     (void)state;
-    size_t known = 0, close = 0, fit[SHD_RULES] = {0};
+    size_t known = 0, close = 0, fit[SHD_RULES] = {0}, parted[SHD_RULES] = {0};
     for (uint64_t seed = 1; known < 1500; seed++) {
         uint64_t random = seed * 6007 + 11;
         stage s = {.samples = patterns[seed % 8]};
@@ -373,23 +377,93 @@ static void nodes_are_no_farther_off_than_told(void **state) {
         shd_rules_of(s.samples, rules);
         for (size_t r = 0; r < shd_rule_count(s.samples); r++) {
             double low = 1e-3, high = 1e7;
+            uint64_t pixels = 0, all = ~(uint64_t)0 >> (64 - a.side * a.side);
             while (high > low * 1.01) {
                 const double middle = sqrt(low * high);
-                *(shd_find_rules(&s.plan, &a, &rules[r], 1, middle) ? &high : &low) = middle;
+                *(shd_find_rules(&s.plan, &a, &rules[r], 1, middle, &pixels) ? &high : &low) =
+                    middle;
             }
             if (high > 9e6) continue;
-            const double off = most_off_by(&s, &a, &rules[r], part);
+            shd_find_rules(&s.plan, &a, &rules[r], 1, high, &pixels);
+            const double off = most_off_by(&s, &a, &rules[r], part, pixels);
             /* What is not rounding of this test. */
             if (!(off <= high + 1e-5))
                 fail_msg("seed %llu, rule %zu: off by %g, not %g", (unsigned long long)seed, r, off,
                          high);
             close += off * 1000 > high;
             fit[r] += high <= 1;
+            parted[r] += high <= 1 && pixels != all;
         }
     }
-    print_message("%zu, %zu and %zu of %zu blocks fit, %zu told within 1000 times\n", fit[0],
-                  fit[1], fit[2], known, close);
-    assert_true(fit[0] > 20 && fit[1] > known / 40 && fit[2] > known / 40 && close > known / 30);
+    print_message("of %zu blocks, %zu told within 1000 times, ", known, close);
+    for (size_t r = 0; r < SHD_RULES; r++)
+        print_message("%zu fit, %zu in part%s", fit[r], parted[r], r + 1 < SHD_RULES ? "; " : "\n");
+    assert_true(fit[0] > 20 && fit[1] > 20 && fit[2] > known / 40 && fit[3] > known / 40);
+    assert_true(close > known / 30 && parted[0] + parted[1] > 10 && parted[3] > 3);
+}
+
+/* A light that sets in the block's middle, or near to it. */
+static void set_setting_light(const stage *s, shd_plan_light *l, const shd_analytic *a,
+                              uint64_t *random) {
+    const double away = s->radius * decades(random, 0.01, 20);
+    shd_vec3 toward = any_direction(random);
+    toward = shd_madd(toward, a->normal,
+                      -shd_dot(toward, a->normal) +
+                          decades(random, 1e-6, 0.1) * (uniform(random, 0, 1) < 0.5 ? -1 : 1));
+    shd_normalize(toward, &toward);
+    *l = (shd_plan_light){.directional = uniform(random, 0, 1) < 0.3, .gain = 1};
+    l->toward = toward;
+    l->position = shd_madd(a->point, toward, away);
+}
+
+/* N.L, at a place of the picture. Not a number: nothing is there. */
+static double facing_at(const stage *s, const shd_plan_light *l, double x, double y) {
+    shd_vec3 p, n, v, way = l->toward;
+    if (!hit_at(s, x, y, &p, &n, &v)) return NAN;
+    if (!l->directional) shd_normalize(shd_sub(l->position, p), &way);
+    return shd_dot(n, way);
+}
+
+/* No pixel that is told to be on one side of where a light sets has a place on the other one. */
+static void settings_are_where_they_are_told(void **state) {
+    (void)state;
+    size_t known = 0, off = 0, apart = 0, parted = 0;
+    for (uint64_t seed = 1; known < 1500; seed++) {
+        uint64_t random = seed * 4001 + 5;
+        stage s = {.samples = 4};
+        set_object(&s, &random);
+        if (!s.item.ball) continue;
+        const int part = (int)(seed % 2 ? SHD_WHOLE : seed / 2 % SHD_QUARTERS);
+        shd_analytic a;
+        shd_setting set;
+        shd_plan_light light;
+        if (!shd_sight_expand(&s.sight, &s.survey, 0, part, &a)) continue;
+        set_setting_light(&s, &light, &a, &random);
+        if (!shd_find_setting(&a, &light, &set)) continue;
+        known++;
+        const double reach = seed % 3 ? seed % 3 : 0.5;
+        const uint64_t told = shd_off_setting(&set, reach);
+        const double left = s.survey.rect.x + (part & 1) * a.side + 0.5,
+                     top = s.survey.rect.y + (part >> 1 & 1) * a.side + 0.5;
+        int some = 0;
+        for (int k = 0; k < a.side * a.side; k++) {
+            const double x = left + k % a.side, y = top + k / a.side,
+                         middle = facing_at(&s, &light, x, y);
+            bool one = true;
+            for (int i = 0; i < 25; i++)
+                one &= facing_at(&s, &light, x + (i % 5 - 2) * reach / 2,
+                                 y + (i / 5 - 2) * reach / 2) *
+                           middle >
+                       0;
+            apart += one;
+            off += told >> k & 1;
+            some += told >> k & 1;
+            if (told >> k & 1 && !one) fail_msg("seed %llu: pixel %d", (unsigned long long)seed, k);
+        }
+        parted += some > 0 && some < a.side * a.side;
+    }
+    print_message("%zu of %zu pixels are told, some of %zu blocks\n", off, apart, parted);
+    assert_true(off > apart / 2 && parted > known / 10);
 }
 
 /* Rules have the pattern's moments, and are made of nodes in the pixel that all weigh something. */
@@ -424,7 +498,7 @@ static void rules_are_of_their_pattern(void **state) {
         }
         /* With sixteen, seven nodes are as good as all for anything of degree 5, so that what is
          * left falls as the sixth power. */
-        if (n == 16) assert_true(rules[2].share[1] < rules[2].share[0] / pow(SHD_DISC_STEP, 5.99));
+        if (n == 16) assert_true(rules[3].share[1] < rules[3].share[0] / pow(SHD_DISC_STEP, 5.99));
     }
 }
 
@@ -445,6 +519,7 @@ int main(void) {
         cmocka_unit_test(centers_are_no_farther_off_than_told),
         cmocka_unit_test(patterns_have_their_spread),
         cmocka_unit_test(nodes_are_no_farther_off_than_told),
+        cmocka_unit_test(settings_are_where_they_are_told),
         cmocka_unit_test(rules_are_of_their_pattern),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -18,9 +18,13 @@
  *     1 - L.W = (L - W)^2 / 2:  L - W changes by g = L' + W' (most_shine)
  *     s^n:            exp(n ln |s|), if no s is 0
  *
- * Where N.L may change its sign, at rims of cones and where distances are held, f is not analytic.
+ * At rims of cones and where distances are held, f is not analytic. Where N.L changes its sign, f
+ * is that of (N.L)+, on the one side, and 0 on the other: all this is true of the pixels all of
+ * whose samples and nodes are on one side (sets.h).
  */
 #include "bound/light/rules.h"
+
+#include "bound/light/sets.h"
 
 /* More than rounding does. */
 static const double SLACK = 1 + 1e-6;
@@ -75,6 +79,8 @@ static change change_of(const incidence *in, const shd_moves *moves) {
     return out;
 }
 
+enum { SETS = 4 }; /* lights that may set in a block */
+
 /* What is known of a block. */
 typedef struct block {
     const shd_analytic *a;
@@ -89,8 +95,14 @@ typedef struct block {
     double turned;       /* and up to centers beside it */
     double cosine, sine; /* of N and V, the most */
     double room;
-    unsigned fits; /* the rules that serve for what has been looked at, as bits */
-    size_t disc;   /* that served last */
+    unsigned fits;   /* the rules that serve for what has been looked at, as bits */
+    size_t disc[2];  /* that served diffuse weights last, or may, and lobes */
+    unsigned shared; /* the rules whose nodes are beside the block, too */
+    struct {
+        const shd_plan_light *light;
+        unsigned rules; /* for some of whose nodes it does */
+    } sets[SETS];       /* lights that set in the block, or beside it */
+    size_t set_count;
 } block;
 
 static double mirror_moves(const block *b, const shd_moves *m) {
@@ -148,32 +160,59 @@ static const struct disc *disc_of(block *b, size_t k) {
     return disc;
 }
 
-/* Whether the light's diffuse weight (`exponent` < 0) or a lobe fits by some of the rules that are
- * left, each by one of the discs. */
-static bool fits(block *b, changes *l, double exponent, double chord, double room) {
-    const size_t last = b->disc;
-    const double off = (l->near.way + b->near_turned) * SLACK;
-    unsigned fit = 0;
-    for (size_t k = 0; k < SHD_DISCS && fit != b->fits; k++) {
-        const size_t at = (last + SHD_DISCS - k) % SHD_DISCS;
-        const struct disc *disc = disc_of(b, at);
-        if (!disc->known) continue;
-        change *c = &l->in_disc[at];
-        if (!(l->made >> at & 1)) *c = change_of(&l->in, &disc->moves);
-        l->made |= 1u << at;
-        if (!c->known) continue;
-        const double fall = l->in.fall_most + c->fall,
-                     most = exponent < 0 ? fall * c->facing + l->in.facing_most * c->fall
-                                         : fall * lobe_most(disc->turned, c, exponent, chord, off);
-        for (unsigned left = b->fits & ~fit; left; left &= left - 1) {
-            const int rule = __builtin_ctz(left);
-            if (!(most * b->rules[rule].share[at] * SLACK <= room)) continue;
-            fit |= 1u << rule;
-            b->disc = at;
+/* A light's diffuse weight (`exponent` < 0) or lobe, and what is known of it. */
+typedef struct weight {
+    double exponent, chord, off; /* lobe_most */
+    double most[SHD_DISCS];      /* how far it is from that at the center, in these discs */
+    unsigned made;               /* of these, as bits */
+} weight;
+
+/* Infinite: it is not known. */
+static double most_in_disc(block *b, changes *l, weight *w, size_t at) {
+    if (w->made >> at & 1) return w->most[at];
+    const struct disc *disc = disc_of(b, at);
+    change *c = &l->in_disc[at];
+    w->made |= 1u << at;
+    w->most[at] = INFINITY;
+    if (!disc->known) return INFINITY;
+    if (!(l->made >> at & 1)) *c = change_of(&l->in, &disc->moves);
+    l->made |= 1u << at;
+    if (!c->known) return INFINITY;
+    const double fall = l->in.fall_most + c->fall;
+    return w->most[at] = w->exponent < 0
+                             ? fall * c->facing + l->in.facing_most * c->fall
+                             : fall * lobe_most(disc->turned, c, w->exponent, w->chord, w->off);
+}
+
+/* Whether it fits by a rule and one of the discs, from the one that served last down or up, as long
+ * as it comes closer to that. */
+static bool fits_by(block *b, changes *l, weight *w, const shd_rule *rule, double room) {
+    size_t *last = &b->disc[w->exponent >= 0];
+    const size_t from = *last;
+    double least = most_in_disc(b, l, w, from) * rule->share[from] * SLACK;
+    if (least <= room) return true;
+    for (int way = -1; way <= 1; way += 2)
+        for (size_t at = from + (size_t)way; at < SHD_DISCS; at += (size_t)way) {
+            const double value = most_in_disc(b, l, w, at) * rule->share[at] * SLACK;
+            if (value <= room) {
+                *last = at;
+                return true;
+            }
+            if (!(value < least) && (way > 0 || value < INFINITY)) break;
+            least = value;
         }
+    return false;
+}
+
+/* Whether the weight fits by some of the rules that are left. */
+static bool fits(block *b, changes *l, double exponent, double chord, double room) {
+    weight w = {.exponent = exponent, .chord = chord};
+    w.off = (l->near.way + b->near_turned) * SLACK;
+    for (unsigned left = b->fits; left; left &= left - 1) {
+        const int rule = __builtin_ctz(left);
+        if (!fits_by(b, l, &w, &b->rules[rule], room)) b->fits &= ~(1u << rule);
     }
-    b->fits = fit;
-    return fit;
+    return b->fits;
 }
 
 /* Where the block is in a cone: all within what a penumbra begins at (1), all beyond (-1), or
@@ -201,14 +240,14 @@ static incidence incidence_of(const shd_plan_light *light, const shd_analytic *a
 }
 
 /* Where the places of a block are to a light. */
-typedef enum side { BEHIND, BEFORE, UNKNOWN } side;
+typedef enum side { BEHIND, BEFORE, SETS_THERE, UNKNOWN } side;
 
 static side side_of(const incidence *in, const change *near) {
     if (!near->known) return UNKNOWN;
     const int rim = side_of_rim(in->light, in->way, near->way);
     const double apart = near->facing + 1e-9;
     if (rim < 0 || in->facing + apart <= 0) return BEHIND; /* it adds nothing */
-    return rim == 0 || in->facing <= apart ? UNKNOWN : BEFORE;
+    return rim == 0 ? UNKNOWN : in->facing <= apart ? SETS_THERE : BEFORE;
 }
 
 /* Whether all distances are held, or none. */
@@ -218,30 +257,44 @@ static bool is_held(const incidence *in, const change *near, bool *held) {
     return !*held || in->away + near->distance <= hold;
 }
 
+/* Notes that a light sets where nodes of these rules are, or takes the rules away. */
+static void add_set(block *b, const shd_plan_light *light, unsigned rules) {
+    if (b->set_count == SETS) {
+        b->fits &= ~rules;
+        return;
+    }
+    b->sets[b->set_count].light = light;
+    b->sets[b->set_count++].rules = rules;
+}
+
 /* Takes rules away of whose nodes it is not known where they are to a light, and finds what is
- * known of the others'. Whether it lights them. */
+ * known of the others'. Whether it lights some of them. */
 static bool look_at(block *b, const shd_plan_light *light, changes *out) {
     incidence *in = &out->in;
     *in = incidence_of(light, b->a);
     out->near = change_of(in, &b->a->near);
     out->made = 0;
     out->around = change_of(in, &b->a->around);
-    const side own = side_of(in, &out->near);
+    const side own = side_of(in, &out->near), beside = side_of(in, &out->around);
+    const bool lit = own == BEFORE || own == SETS_THERE;
     bool held = false, held_around;
     if (!(in->fall < SHD_LARGEST_FALL) || own == UNKNOWN ||
-        (own == BEFORE && !is_held(in, &out->near, &held)))
+        (lit && !is_held(in, &out->near, &held)))
         b->fits = 0;
-    if (side_of(in, &out->around) != own ||
-        (own == BEFORE && (!is_held(in, &out->around, &held_around) || held_around != held)))
-        for (int r = 0; b->fits >> r; r++)
-            if (b->rules[r].rim) b->fits &= ~(1u << r);
+    if ((beside != own && beside != SETS_THERE) ||
+        (lit && (!is_held(in, &out->around, &held_around) || held_around != held)))
+        b->fits &= ~b->shared;
+    if (own == SETS_THERE)
+        add_set(b, light, ~0u);
+    else if (beside == SETS_THERE)
+        add_set(b, light, b->shared);
     in->held = held;
     if (held) out->near.fall = out->around.fall = 0;
     in->nearest -= out->near.distance;
     in->farthest += out->near.distance;
     in->fall_most += out->near.fall;
-    in->facing_most += out->near.facing;
-    return own == BEFORE;
+    in->facing_most = fabs(in->facing) + out->near.facing;
+    return lit;
 }
 
 /* Takes those rules away by which some of a light's weights do not fit. Where all of a lobe is too
@@ -260,26 +313,52 @@ static void fit_light(block *b, changes *l, const shd_plan_material *material) {
     }
 }
 
-unsigned shd_find_rules(const shd_plan *plan, const shd_analytic *a, const shd_rule *rules,
-                        size_t count, double room) {
-    enum { AT_ONCE = 8 }; /* lights: where they are is told before what takes longer */
-    const shd_plan_group *group = &plan->groups[plan->objects[a->object].group];
-    block b = {.a = a, .rules = rules, .room = room, .disc = SHD_DISCS / 2};
+static void set_block(const shd_analytic *a, const shd_rule *rules, size_t count, double room,
+                      block *b) {
+    *b = (block){.a = a, .rules = rules, .room = room, .disc = {8, 6}};
     const double cosine = shd_dot(a->normal, a->view),
                  off = a->near.normal + a->near.view + a->near.normal * a->near.view;
-    b.mirror = shd_sub(shd_scale(a->normal, 2 * cosine), a->view);
-    b.cosine = shd_smaller(cosine + off, 1);
-    b.sine = shd_smaller(sqrt(shd_larger(1 - cosine * cosine, 0)) + off, 1);
-    b.near_turned = mirror_moves(&b, &a->near);
-    b.turned = mirror_moves(&b, &a->around);
-    b.fits = (1u << count) - 1;
-    for (size_t first = 0; first < group->light_count && b.fits; first += AT_ONCE) {
-        changes lights[AT_ONCE];
-        size_t lit = 0;
-        for (size_t k = first; k < group->light_count && k < first + AT_ONCE && b.fits; k++)
-            lit += look_at(&b, &plan->lights[group->lights[k]], &lights[lit]);
-        for (size_t k = 0; k < lit && b.fits; k++)
-            fit_light(&b, &lights[k], &plan->materials[group->material]);
+    b->mirror = shd_sub(shd_scale(a->normal, 2 * cosine), a->view);
+    b->cosine = shd_smaller(cosine + off, 1);
+    b->sine = shd_smaller(sqrt(shd_larger(1 - cosine * cosine, 0)) + off, 1);
+    b->near_turned = mirror_moves(b, &a->near);
+    b->turned = mirror_moves(b, &a->around);
+    b->fits = (1u << count) - 1;
+    for (size_t r = 0; r < count; r++) b->shared |= rules[r].rim ? 1u << r : 0;
+}
+
+/* Tells the pixels that may take the rules that are left. */
+static bool find_pixels(const block *b, size_t count, uint64_t *pixels) {
+    const int bits = b->a->side * b->a->side;
+    const uint64_t all =
+        bits < SHD_BLOCK_SIDE * SHD_BLOCK_SIDE ? ((uint64_t)1 << bits) - 1 : ~(uint64_t)0;
+    uint64_t any = 0;
+    for (size_t r = 0; r < count; r++) pixels[r] = b->fits >> r & 1 ? all : 0;
+    for (size_t k = 0; k < b->set_count && b->fits; k++) {
+        shd_setting set;
+        const bool known = shd_find_setting(b->a, b->sets[k].light, &set);
+        double reach = -1;
+        uint64_t off = 0; /* what is off the light's setting by `reach` */
+        for (size_t r = 0; r < count; r++) {
+            if (!pixels[r] || !(b->sets[k].rules >> r & 1)) continue;
+            if (known && b->rules[r].reach != reach)
+                off = shd_off_setting(&set, reach = b->rules[r].reach);
+            pixels[r] &= off;
+        }
     }
-    return b.fits;
+    for (size_t r = 0; r < count; r++) any |= pixels[r];
+    return any;
+}
+
+bool shd_find_rules(const shd_plan *plan, const shd_analytic *a, const shd_rule *rules,
+                    size_t count, double room, uint64_t *pixels) {
+    const shd_plan_group *group = &plan->groups[plan->objects[a->object].group];
+    block b;
+    set_block(a, rules, count, room, &b);
+    for (size_t k = 0; k < group->light_count && b.fits; k++) {
+        changes light;
+        if (look_at(&b, &plan->lights[group->lights[k]], &light))
+            fit_light(&b, &light, &plan->materials[group->material]);
+    }
+    return find_pixels(&b, count, pixels);
 }

@@ -3,10 +3,20 @@
 /* What cells of these shots have, beside where they are. */
 enum { SHARED = 0x8000, PITCH = 64 };
 
-void shd_centers_add(shd_centers *centers, uint16_t cell, size_t width, size_t height) {
-    const size_t x = cell % SHD_TILE, y = cell / SHD_TILE;
-    const uint64_t bits = (((uint64_t)1 << (width + 2 * SHD_FRINGE)) - 1) << x;
-    for (size_t row = y; row < y + height + 2 * SHD_FRINGE; row++) centers->rows[row] |= bits;
+void shd_centers_add(shd_centers *centers, uint16_t cell, uint64_t pixels, int rim) {
+    uint64_t *row = &centers->rows[cell / SHD_TILE + SHD_FRINGE];
+    if (pixels == ~(uint64_t)0) { /* almost always */
+        const uint64_t bits = (((uint64_t)1 << (SHD_BLOCK_SIDE + 2 * rim)) - 1)
+                              << (cell % SHD_TILE + SHD_FRINGE - (size_t)rim);
+        for (int i = -rim; i < SHD_BLOCK_SIDE + rim; i++) row[i] |= bits;
+        return;
+    }
+    for (; pixels; pixels >>= SHD_BLOCK_SIDE, row++) {
+        const uint64_t bits = (pixels & SHD_ROW) << (cell % SHD_TILE + SHD_FRINGE);
+        uint64_t wide = bits;
+        for (int i = 1; i <= rim; i++) wide |= bits << i | bits >> i;
+        for (int i = -rim; i <= rim; i++) row[i] |= wide;
+    }
 }
 
 /* The next run of bits: its first one, and how many they are. 0: there is none. */
@@ -18,17 +28,17 @@ static int next_run(uint64_t *bits, int *first) {
     return length;
 }
 
-size_t shd_centers_list(const shd_centers *centers, int left, int top, int32_t *x, int32_t *y,
-                        uint16_t *cell) {
+size_t shd_centers_list(const shd_centers *centers, int left, int top, int32_t *restrict x,
+                        int32_t *restrict y, uint16_t *restrict cell) {
     size_t count = 0;
     for (int row = 0; row < SHD_CENTERS_SIDE; row++) {
         uint64_t bits = centers->rows[row];
-        for (int first, length; (length = next_run(&bits, &first)); count += (size_t)length)
-            for (int i = 0; i < length; i++) {
-                x[count + (size_t)i] = left + first + i - SHD_FRINGE;
-                y[count + (size_t)i] = top + row - SHD_FRINGE;
+        for (int first, length; (length = next_run(&bits, &first)); count += (size_t)length) {
+            for (int i = 0; i < length; i++) x[count + (size_t)i] = left + first + i - SHD_FRINGE;
+            for (int i = 0; i < length; i++) y[count + (size_t)i] = top + row - SHD_FRINGE;
+            for (int i = 0; i < length; i++)
                 cell[count + (size_t)i] = (uint16_t)(SHARED | (row * PITCH + first + i));
-            }
+        }
     }
     return count;
 }

@@ -15,8 +15,10 @@ typedef struct shd_centers {
     uint64_t rows[SHD_CENTERS_SIDE];
 } shd_centers;
 
-/* Adds what a rectangle of pixels needs, whose upper left one is `cell`. */
-void shd_centers_add(shd_centers *centers, uint16_t cell, size_t width, size_t height);
+/* Adds the centers up to `rim` away from pixels of a block, as bits, whose upper left one is
+ * `cell`.
+ */
+void shd_centers_add(shd_centers *centers, uint16_t cell, uint64_t pixels, int rim);
 
 /* Where the shots through them go, row by row, in [count] as shd_tile_scratch has them, if the
  * tile's cell of the grid begins at (left, top). `cell` tells what is kept of the shots (keep.h),

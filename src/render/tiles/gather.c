@@ -50,11 +50,13 @@ static void average_centers(const shd_scenery *scenery, const shd_tile_scratch *
     shd_centers_spread(&s->centers, values, plane);
     for (size_t b = 0; b < c->count; b++) {
         const shd_bundle *bundle = &c->bundles[b];
-        const size_t pixels = bundle->count, cell = s->pixels[bundle->first];
-        const shd_lattice lattice = {bundle->width, pixels / bundle->width, SHD_CENTERS_SIDE,
-                                     c->rule->weight, least};
-        scenery->paint->filter(&plane[cell / SHD_TILE][cell % SHD_TILE], &lattice, out);
-        out += pixels;
+        const shd_rule *rule = &s->rules[bundle->rule - 1];
+        const int from = SHD_FRINGE - rule->rim, row = bundle->corner / SHD_TILE + from,
+                  column = bundle->corner % SHD_TILE + from;
+        const shd_lattice lattice = {bundle->pixels, SHD_CENTERS_SIDE, rule->rim, rule->weight,
+                                     least};
+        scenery->paint->filter(&plane[row][column], &lattice, out);
+        out += bundle->count;
     }
 }
 

@@ -28,11 +28,13 @@ static inline bool shd_is_span(const uint16_t *cell, size_t length) {
     return !apart;
 }
 
-/* Weights of what lies around each value of a rectangle, up to SHD_FRINGE to each side. */
+/* Weights of what lies around each value of a block, up to `rim` <= SHD_FRINGE to each side. */
 typedef struct shd_lattice {
-    size_t width, height, pitch; /* from row to row of what is read */
-    const double *weights;       /* [2 SHD_FRINGE + 1][2 SHD_FRINGE + 1] */
-    double least;                /* no sum is less */
+    uint64_t pixels; /* that are wanted, as bits row by row */
+    size_t pitch;    /* from row to row of what is read */
+    int rim;
+    const double *weights; /* [2 rim + 1][2 rim + 1] */
+    double least;          /* no sum is less */
 } shd_lattice;
 
 typedef struct shd_paint_kernel {
@@ -54,8 +56,8 @@ typedef struct shd_paint_kernel {
     /* The same, of values that weigh differently. */
     void (*weigh)(const float *values, size_t count, const double *weights, size_t samples,
                   float *out);
-    /* The same of values around each one: out[y][x] = the sum of weights[j][i] times values[(y + j)
-     * * pitch + x + i]. */
+    /* The same of values around each one, for all wanted pixels: the sum of weights[j][i] times
+     * values[(y + j) * pitch + x + i]. Others are read, too, whatever they are. */
     void (*filter)(const double *values, const shd_lattice *lattice, float *out);
     /* The same as `average` for values[i] that belong to place[i] < count <= SHD_TILE_PIXELS; 0 if
      * a place has none. */

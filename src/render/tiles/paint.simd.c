@@ -111,40 +111,43 @@ static void weigh_samples(const float *values, size_t count, const double *weigh
 
 enum { WIDE = SHD_W / 2 }; /* doubles of a vector */
 
-/* A row's next values, so many vectors of them. */
-SHD_INLINE void filter_span(const double *values, const shd_lattice *l, int vectors, float *out) {
-    enum { SIDE = 2 * SHD_FRINGE + 1 };
-    shd_vd sums[8 / 2];
-    for (int v = 0; v < vectors; v++) sums[v] = (shd_vd){0};
-    for (int row = 0; row < SIDE; row++)
-        for (int column = 0; column < SIDE; column++)
-            for (int v = 0; v < vectors; v++)
-                sums[v] += l->weights[row * SIDE + column] *
+/* A block's row, of a lattice with so many weights to a side. */
+SHD_INLINE void filter_row(const double *values, const shd_lattice *l, int side, float *out) {
+    enum { VECTORS = SHD_BLOCK_SIDE / WIDE };
+    shd_vd sums[VECTORS];
+    for (int v = 0; v < VECTORS; v++) sums[v] = (shd_vd){0};
+    for (int row = 0; row < side; row++)
+        for (int column = 0; column < side; column++)
+            for (int v = 0; v < VECTORS; v++)
+                sums[v] += l->weights[row * side + column] *
                            shd_vd_load(values + (size_t)row * l->pitch + column + v * WIDE);
     const shd_vd least = l->least + (shd_vd){0};
-    for (int v = 0; v < vectors; v++) {
+    for (int v = 0; v < VECTORS; v++) {
         const shd_vh narrow = shd_vh_narrow(shd_vd_max(sums[v], least));
         memcpy(out + v * WIDE, &narrow, sizeof narrow);
     }
 }
 
-/* What less than a vector is left of a row at an edge of the picture. */
-static float filter_value(const double *values, const shd_lattice *l) {
-    enum { SIDE = 2 * SHD_FRINGE + 1 };
-    double sum = 0;
-    for (size_t row = 0; row < SIDE; row++)
-        for (size_t column = 0; column < SIDE; column++)
-            sum += l->weights[row * SIDE + column] * values[row * l->pitch + column];
-    return (float)(sum > l->least ? sum : l->least);
+SHD_INLINE void filter_rows(const double *values, const shd_lattice *l, int side, float *out) {
+    for (uint64_t pixels = l->pixels; pixels; pixels >>= SHD_BLOCK_SIDE, values += l->pitch) {
+        uint64_t some = pixels & SHD_ROW;
+        if (!some) continue;
+        float row[SHD_BLOCK_SIDE];
+        filter_row(values, l, side, row);
+        if (some == SHD_ROW) {
+            memcpy(out, row, sizeof row);
+            out += SHD_BLOCK_SIDE;
+        } else {
+            for (; some; some &= some - 1) *out++ = row[__builtin_ctzll(some)];
+        }
+    }
 }
 
 static void filter_values(const double *values, const shd_lattice *l, float *out) {
-    for (size_t y = 0; y < l->height; y++, values += l->pitch, out += l->width) {
-        size_t x = 0;
-        for (; x + 8 <= l->width; x += 8) filter_span(values + x, l, 8 / WIDE, out + x);
-        for (; x + WIDE <= l->width; x += WIDE) filter_span(values + x, l, 1, out + x);
-        for (; x < l->width; x++) out[x] = filter_value(values + x, l);
-    }
+    if (l->rim == 1)
+        filter_rows(values, l, 3, out);
+    else
+        filter_rows(values, l, 2 * SHD_FRINGE + 1, out);
 }
 
 static void gather_samples(const float *values, const uint16_t *place, size_t values_count,

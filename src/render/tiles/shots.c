@@ -4,7 +4,7 @@
 #include <string.h>
 
 #include "bound/light/means.h"
-#include "bound/light/rules.h"
+#include "render/tiles/ruled.h"
 #include "shade/sketch.h"
 #include "sight/bend.h"
 
@@ -28,28 +28,54 @@ static int greater_of(int a, int b) {
     return a > b ? a : b;
 }
 
-/* Lists the pixels of a block, or of a quarter of it, that are in the tile, all of them with so
- * many samples. NULL: there are none. */
-static shd_bundle *add_part(shd_tile tile, size_t block, int part, size_t samples,
-                            shd_tile_scratch *s) {
-    const int across = s->survey.across, left = tile.x % SHD_TILE, top = tile.y % SHD_TILE,
-              side = part == SHD_WHOLE ? SHD_BLOCK_SIDE : SHD_BLOCK_SIDE / 2,
-              x = (int)block % across * SHD_BLOCK_SIDE + (part & 1) * side,
-              y = (int)block / across * SHD_BLOCK_SIDE + (part >> 1 & 1) * side,
-              x0 = greater_of(x, left), x1 = lesser_of(x + side, left + tile.w),
-              y0 = greater_of(y, top), y1 = lesser_of(y + side, top + tile.h);
+/* Those of a block's pixels, as bits, that are in the tile. */
+static uint64_t within_tile(shd_tile tile, int x, int y) {
+    const int left = greater_of(tile.x % SHD_TILE - x, 0),
+              top = greater_of(tile.y % SHD_TILE - y, 0),
+              right = lesser_of(tile.x % SHD_TILE + tile.w - x, SHD_BLOCK_SIDE),
+              bottom = lesser_of(tile.y % SHD_TILE + tile.h - y, SHD_BLOCK_SIDE);
+    if (left >= right || top >= bottom) return 0;
+    const uint64_t row = (uint64_t)(SHD_ROW >> (SHD_BLOCK_SIDE - (right - left)) << left),
+                   first = ~(uint64_t)0 << top * SHD_BLOCK_SIDE,
+                   last = ~(uint64_t)0 >> (SHD_BLOCK_SIDE - bottom) * SHD_BLOCK_SIDE;
+    return row * 0x0101010101010101u & first & last;
+}
+
+/* Lists those pixels of a block that are in the tile, all of them with so many samples. NULL: there
+ * are none. */
+static shd_bundle *add_pixels(shd_tile tile, size_t block, uint64_t pixels, size_t samples,
+                              shd_tile_scratch *s) {
+    const int across = s->survey.across, x = (int)block % across * SHD_BLOCK_SIDE,
+              y = (int)block / across * SHD_BLOCK_SIDE;
     const shd_bundle *last = s->bundle_count ? &s->bundles[s->bundle_count - 1] : NULL;
     const size_t first = last ? (size_t)last->first + last->count : 0;
     size_t count = first;
-    if (x0 >= x1 || y0 >= y1) return NULL;
-    for (int row = y0; row < y1; row++) count = list_row(s, count, row, x0, x1);
+    pixels &= within_tile(tile, x, y);
+    if (!pixels) return NULL;
+    for (int row = 0; row < SHD_BLOCK_SIDE; row++) {
+        uint64_t some = pixels >> row * SHD_BLOCK_SIDE & SHD_ROW;
+        const int cell = (y + row) * SHD_TILE + x;
+        if (some == SHD_ROW)
+            count = list_row(s, count, y + row, x, x + SHD_BLOCK_SIDE);
+        else
+            for (; some; some &= some - 1)
+                s->pixels[count++] = (uint16_t)(cell + __builtin_ctzll(some));
+    }
     shd_bundle *b = &s->bundles[s->bundle_count++];
     *b = (shd_bundle){.first = (uint16_t)first,
                       .count = (uint16_t)(count - first),
-                      .width = (uint16_t)(x1 - x0),
                       .samples = (uint16_t)samples,
+                      .corner = (uint16_t)(y * SHD_TILE + x),
+                      .pixels = pixels,
                       .block = &s->survey.blocks[block]};
     return b;
+}
+
+/* Whether one thing, and the same, may be seen in both blocks. */
+static bool see_the_same(const shd_survey *survey, const shd_block *a, const shd_block *b) {
+    return a->count == 1 && b->count == 1 && a->next >= survey->candidate_count &&
+           b->next >= survey->candidate_count &&
+           survey->candidates[a->first] == survey->candidates[b->first];
 }
 
 /* Whether a bundle may take pixels of another block, in which nothing else is seen than in its own.
@@ -134,84 +160,18 @@ static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scra
     return how == LOOK_AT_ALL && !one ? LOOK_ONCE : how;
 }
 
-/* ---- Rules. ---- */
-
-/* What a block's parts take: a rule, plus 1, or all samples, or no ray at all. */
-enum { TAKE_ALL = 0, TAKE_NONE = 255 };
-
 /* The blocks of a tile that are drawn already, or take one sample a pixel, or rules. */
 typedef struct block_kinds {
     size_t count; /* of all of these */
     bool drawn[SHD_BLOCKS], center[SHD_BLOCKS], rest[SHD_BLOCKS];
-    bool ruled[SHD_BLOCKS], whole[SHD_BLOCKS]; /* all of the quarters take the same, at once */
-    uint8_t takes[SHD_BLOCKS][SHD_QUARTERS];
-    uint32_t object[SHD_BLOCKS][SHD_QUARTERS]; /* of what takes rules */
+    shd_block_rules rules[SHD_BLOCKS];
 } block_kinds;
-
-static uint8_t taken(unsigned fit) {
-    return fit ? (uint8_t)(__builtin_ctz(fit) + 1) : TAKE_ALL;
-}
-
-/* Whether a proof is worth its while. Of few samples it saves so little that it costs as much where
- * it seldom succeeds: where highlights on a ball are narrow, as pixels see them. */
-static bool is_worth_a_look(const shd_analytic *a, const shd_plan_material *material,
-                            size_t rule_count) {
-    static const double LEAST_WIDTH = 9; /* pixels, of what falls by exp(-1 / 2) */
-    const shd_strike *m = &a->strike;
-    if (rule_count > 1 || !m->ball) return true;
-    const double turn = 2 * (m->orthographic ? m->pace / m->size : m->pace * m->along);
-    for (size_t k = 0; k < material->lobe_count; k++)
-        if (material->lobes[k].shininess * turn * turn * LEAST_WIDTH * LEAST_WIDTH > 1)
-            return false;
-    return true;
-}
-
-/* The rules that a part of a block may take, and of which object. */
-static unsigned find_fits(const shd_scenery *scenery, size_t block, int part,
-                          const shd_tile_scratch *s, uint32_t *object) {
-    const shd_plan *plan = scenery->plan;
-    shd_analytic a;
-    if (!shd_sight_expand(scenery->sight, &s->survey, block, part, &a)) return 0;
-    const shd_plan_material *material = &plan->materials[plan->objects[a.object].material];
-    if (material->textures || !is_worth_a_look(&a, material, s->rule_count)) return 0;
-    *object = (uint32_t)a.object;
-    return shd_find_rules(plan, &a, s->rules, s->rule_count, 1);
-}
-
-/* Finds which rule each quarter of a block may take. */
-static bool find_parts(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s,
-                       block_kinds *out) {
-    uint32_t *object = out->object[block];
-    uint8_t *takes = out->takes[block];
-    bool some = false, same = true;
-    for (int part = 0; part < SHD_QUARTERS; part++) {
-        shd_seen seen[SHD_SEEN_MOST];
-        const bool empty = !shd_sight_seen(scenery->sight, &s->survey, block, part, seen);
-        takes[part] = empty ? TAKE_NONE : taken(find_fits(scenery, block, part, s, &object[part]));
-        some |= takes[part] != TAKE_ALL;
-        same &= takes[part] == takes[0] && object[part] == object[0];
-    }
-    out->whole[block] = same;
-    return some;
-}
-
-/* Whether a block's pixels, or some of them, may take rules. */
-static bool find_rules(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s,
-                       block_kinds *out) {
-    if (s->survey.blocks[block].count > SHD_SEEN_MOST) return false;
-    const unsigned fit = find_fits(scenery, block, SHD_WHOLE, s, out->object[block]);
-    if (!fit && scenery->plan->scene->raster.samples >= SHD_FINE)
-        return find_parts(scenery, block, s, out);
-    if (!fit) return false;
-    memset(out->takes[block], taken(fit), SHD_QUARTERS);
-    out->whole[block] = true;
-    return true;
-}
 
 static void find_kinds(const shd_scenery *scenery, shd_tile_scratch *s, block_kinds *out) {
     const size_t blocks = (size_t)s->survey.across * (size_t)s->survey.down;
     const bool draft = shd_plan_is_draft(scenery->plan);
     *out = (block_kinds){0};
+    for (size_t block = 0; block < blocks; block++) out->rules[block].all = ~(uint64_t)0;
     if (!draft && !s->rule_count) return;
     for (size_t block = 0; block < blocks; block++) {
         if (!s->survey.blocks[block].count) continue;
@@ -220,28 +180,66 @@ static void find_kinds(const shd_scenery *scenery, shd_tile_scratch *s, block_ki
         out->center[block] = how == LOOK_ONCE;
         out->rest[block] = how == LOOK_AT_REST;
         if (how == LOOK_AT_ALL && s->rule_count)
-            out->ruled[block] = find_rules(scenery, block, s, out);
-        out->count += how != LOOK_AT_ALL || out->ruled[block];
+            shd_find_block_rules(scenery, block, s, &out->rules[block]);
+        out->count += how != LOOK_AT_ALL || out->rules[block].all != ~(uint64_t)0;
     }
 }
 
-/* Lists a block's parts that take `take`, with so many samples, or all of it. */
-static void add_takers(shd_tile tile, size_t block, const block_kinds *kinds, uint8_t take,
-                       size_t samples, shd_tile_scratch *s) {
-    const int first = kinds->whole[block] ? SHD_WHOLE : 0;
-    for (int part = first; part < SHD_QUARTERS + (first == SHD_WHOLE); part++) {
-        if (kinds->takes[block][part % SHD_QUARTERS] != take) continue;
-        shd_bundle *b = add_part(tile, block, part, samples, s);
-        if (!b) continue;
-        b->rule = take;
-        b->object = kinds->object[block][part % SHD_QUARTERS];
-    }
+/* Joins the last bundle to the one before it, whose pixels it follows, if they may be cast as one:
+ * whole batches of rays are cheaper (sight/batch.h). */
+static void join_last(shd_tile_scratch *s) {
+    shd_bundle *last = &s->bundles[s->bundle_count - 1], *before = last - 1;
+    if (s->bundle_count < 2 || before->samples != last->samples || before->rule != last->rule ||
+        before->inside != last->inside ||
+        before->count + (size_t)last->count > shd_pixels_at_once(last->samples))
+        return;
+    const bool known = last->rule || last->inside;
+    if (known ? before->object != last->object
+              : !see_the_same(&s->survey, before->block, last->block))
+        return;
+    before->count = (uint16_t)(before->count + last->count);
+    s->bundle_count--;
+}
+
+/* Lists the blocks' pixels that take rules: of the same nodes, or of centers that are shared. */
+static void add_ruled(shd_tile tile, const block_kinds *kinds, size_t rule, shd_tile_scratch *s) {
+    const size_t blocks = (size_t)s->survey.across * (size_t)s->survey.down;
+    const bool shared = s->rules[rule].rim;
+    for (size_t block = 0; block < blocks; block++)
+        for (size_t k = 0; k < kinds->rules[block].count; k++) {
+            const shd_ruled *of = &kinds->rules[block].ruled[k];
+            if (shared ? !s->rules[of->rule - 1].rim : of->rule != rule + 1) continue;
+            shd_bundle *b =
+                add_pixels(tile, block, of->pixels, shared ? 1 : s->rules[rule].count, s);
+            if (!b) continue;
+            b->rule = of->rule;
+            b->object = of->object;
+            if (!shared) join_last(s);
+        }
 }
 
 /* The block that is the k-th one if those of a quad, of two by two, follow each other. */
 static size_t block_in_quads(const shd_survey *survey, size_t k) {
     const size_t across = (size_t)survey->across, quads = across / 2, quad = k / 4;
     return (2 * (quad / quads) + (k / 2 & 1)) * across + 2 * (quad % quads) + (k & 1);
+}
+
+/* Lists the pixels that take all samples, of blocks all of whose rays hit something, or of the
+ * others: means of what all hit are made at once (gather.c). */
+static void add_all(shd_tile tile, const block_kinds *kinds, bool inside, bool in_quads,
+                    size_t samples, shd_tile_scratch *s) {
+    const size_t blocks = (size_t)s->survey.across * (size_t)s->survey.down;
+    for (size_t k = 0; k < blocks; k++) {
+        const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
+        if (!s->survey.blocks[block].count || kinds->rules[block].inside != inside ||
+            kinds->drawn[block] || kinds->center[block] || kinds->rest[block])
+            continue;
+        shd_bundle *b = add_pixels(tile, block, kinds->rules[block].all, samples, s);
+        if (!b) continue;
+        b->inside = inside;
+        b->object = kinds->rules[block].object;
+        if (s->rule_count) join_last(s);
+    }
 }
 
 /* Lists all pixels of blocks where something may be seen, block by block, so that a bundle's rays
@@ -254,25 +252,16 @@ static void list_blocks(const shd_scenery *scenery, shd_tile tile, const block_k
     s->bundle_count = 0;
     for (size_t k = 0; k < blocks; k++) {
         const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
-        if (kinds->center[block]) add_part(tile, block, SHD_WHOLE, 1, s);
+        if (kinds->center[block]) add_pixels(tile, block, ~(uint64_t)0, 1, s);
     }
     for (size_t k = 0; k < blocks; k++) {
         const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
         if (kinds->rest[block]) add_rest(tile, block, s->bundle_count && !in_quads, s);
     }
-    for (size_t rule = 0; rule < s->rule_count; rule++)
-        for (size_t block = 0; block < blocks; block++)
-            if (kinds->ruled[block])
-                add_takers(tile, block, kinds, (uint8_t)(rule + 1),
-                           s->rules[rule].rim ? 1 : s->rules[rule].count, s);
-    for (size_t k = 0; k < blocks; k++) {
-        const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
-        if (kinds->ruled[block])
-            add_takers(tile, block, kinds, TAKE_ALL, samples, s);
-        else if (s->survey.blocks[block].count && !kinds->drawn[block] && !kinds->center[block] &&
-                 !kinds->rest[block])
-            add_part(tile, block, SHD_WHOLE, samples, s);
-    }
+    for (size_t rule = s->rule_count ? SHD_FRINGE - 1 : 0; rule < s->rule_count; rule++)
+        add_ruled(tile, kinds, rule, s); /* from the last one of those that share centers on */
+    add_all(tile, kinds, true, in_quads, samples, s);
+    add_all(tile, kinds, false, in_quads, samples, s);
 }
 
 /* Lists the same pixels row by row, as pictures have them. */
@@ -328,8 +317,12 @@ static void make_shots(shd_tile tile, const uint16_t *cells, size_t pixels, size
 }
 
 /* Whether two bundles' rays may be cast together. */
-static bool go_together(const shd_bundle *a, const shd_bundle *b) {
-    return a->samples == b->samples && a->rule == b->rule && (!a->rule || a->object == b->object);
+static bool go_together(const shd_tile_scratch *s, const shd_bundle *a, const shd_bundle *b) {
+    if (!a->rule || !b->rule)
+        return a->rule == b->rule && a->samples == b->samples && a->inside == b->inside &&
+               (!a->inside || a->object == b->object);
+    const bool shared = s->rules[a->rule - 1].rim && s->rules[b->rule - 1].rim;
+    return a->object == b->object && (shared || a->rule == b->rule);
 }
 
 /* Takes bundles that share centers, which all have room. */
@@ -340,9 +333,8 @@ static void share_centers(shd_tile tile, shd_tile_scratch *s, size_t first, size
     s->centers = (shd_centers){{0}};
     for (; first + c->count < s->bundle_count; c->count++) {
         const shd_bundle *next = &c->bundles[c->count];
-        if (!go_together(c->bundles, next)) break;
-        shd_centers_add(&s->centers, s->pixels[next->first], next->width,
-                        (size_t)next->count / next->width);
+        if (!go_together(s, c->bundles, next)) break;
+        shd_centers_add(&s->centers, next->corner, next->pixels, s->rules[next->rule - 1].rim);
         c->pixels += next->count;
     }
     c->shots = shd_centers_list(&s->centers, left, top, s->x, s->y, s->shot_cell);
@@ -365,7 +357,7 @@ shd_chunk shd_make_chunk(shd_tile tile, shd_tile_scratch *s, size_t first, size_
     for (; first + c.count < s->bundle_count; c.count++) {
         const shd_bundle *next = &c.bundles[c.count];
         const size_t shots = (size_t)next->count * samples;
-        if (!go_together(begin, next) || c.shots + shots > most) break;
+        if (!go_together(s, begin, next) || c.shots + shots > most) break;
         make_shots(tile, s->pixels + next->first, next->count, samples, from, c.shots, s);
         c.pixels += next->count;
         c.shots += shots;
@@ -379,11 +371,12 @@ void shd_shoot_chunk(const shd_scenery *scenery, const shd_chunk *c, shd_tile_sc
     s->hits.count = 0;
     s->now = &s->hits;
     uint32_t first = 0;
-    if (c->rule) { /* one object is all that is seen */
+    const bool known = c->rule || c->bundles->inside; /* one object is all that is seen */
+    if (known) {
         const shd_shots all = {c->shots, s->x, s->y, s->sample};
         shd_sight_shoot(scenery->sight, &c->bundles->object, 1, &all, &s->hits);
     }
-    for (size_t b = 0; b < c->count && !c->rule; b++) {
+    for (size_t b = 0; b < c->count && !known; b++) {
         const uint32_t shots = c->bundles[b].count * samples;
         const shd_block *block = c->bundles[b].block;
         const size_t before = s->hits.count;

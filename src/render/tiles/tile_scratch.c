@@ -101,6 +101,6 @@ shd_tile_scratch *shd_tile_scratch_lay_out(const shd_plan *plan, shd_scratch *me
     if (shd_plan_is_thin(plan)) s->spread = shd_spread_of((int)samples);
     for (int c = 0; plan->sketched && c < 3; c++)
         s->sketch[c] = shd_scratch_take(memory, SHD_TILE_PIXELS, sizeof *s->sketch[c]);
-    if (s->rule_count) shd_rules_of((int)samples, s->rules);
+    if (made && s->rule_count) shd_rules_of((int)samples, s->rules);
     return made;
 }

@@ -13,17 +13,21 @@
 /* Pixels whose rays are cast together. */
 typedef struct shd_bundle {
     uint16_t first, count;  /* in s->pixels */
-    uint16_t width;         /* pixels in a row, of a block or a part of one */
     uint16_t samples;       /* of each pixel that are taken: all, one at its center, or nodes */
     uint16_t rule;          /* that these are of, plus 1, of s->rules; or 0 */
-    uint32_t object;        /* of nodes: that all of them hit */
+    bool inside;            /* all rays hit `object` first */
+    uint16_t corner;        /* with a rule: the cell of the block's upper left pixel, */
+    uint64_t pixels;        /* which of its pixels they are, as bits row by row, */
+    uint32_t object;        /* and what all nodes hit; they may be in several blocks otherwise */
     const shd_block *block; /* of the survey, if they are all in one; or NULL */
 } shd_bundle;
 
 enum {
     SHD_BLOCKS = SHD_TILE_PIXELS / (SHD_BLOCK_SIDE * SHD_BLOCK_SIDE), /* of a tile */
-    /* The most of a tile: its blocks' quarters, or its chunks, which have more pixels. */
-    SHD_BUNDLES = SHD_BLOCKS * SHD_QUARTERS,
+    /* What takes rules of a block, two of each quarter, and the most of a tile: that and the rest.
+     */
+    SHD_RULED = 2 * SHD_QUARTERS,
+    SHD_BUNDLES = SHD_BLOCKS * (SHD_RULED + 1),
     SHD_NO_FRAGMENT = UINT16_MAX
 };
 
