@@ -95,13 +95,13 @@ static bool is_one_object(const double *object, uint64_t lanes) {
 }
 
 /* False: not all are balls that are as far as the first one. */
-static bool pack_lanes(const shd_glance *glances, const shd_batch *b, const double *object,
+static bool pack_lanes(const shd_seen_object *objects, const shd_batch *b, const double *object,
                        uint64_t lanes, size_t first, packed_balls *p) {
-    const bool far = glances[(int)object[__builtin_ctzll(lanes)]].ball.far;
+    const bool far = objects[(int)object[__builtin_ctzll(lanes)]].ball.far;
     int n = 0;
     for (; lanes; lanes &= lanes - 1, n++) {
         const int i = __builtin_ctzll(lanes);
-        const shd_glance *g = &glances[p->object[n] = (int32_t)object[i]];
+        const shd_seen_object *g = &objects[p->object[n] = (int32_t)object[i]];
         if (!g->is_ball || g->ball.far != far) return false;
         shd_vec3 origin = g->ball.eye;
         if (b->orthographic) origin = shd_madd(origin, shd_lane(b->start, i), 1 / g->ball.size);
@@ -158,10 +158,10 @@ bool SHD_VARIANT(shd_append_balls)(const shd_sight *sight, const shd_batch *b,
     const size_t at = out->count, room = out->capacity - at;
     const uint64_t lanes = lanes_above(object, SHD_NOTHING);
     assert(hits <= room);
-    if (is_one_object(object, lanes) || !pack_lanes(sight->glances, b, object, lanes, first, &p))
+    if (is_one_object(object, lanes) || !pack_lanes(sight->seen, b, object, lanes, first, &p))
         return false;
     const int sectors = (int)(hits + 7) / 8;
-    SHD_FOR_BALL(b, sight->glances[p.object[0]].ball.far, show_packed, &p, 8 * sectors);
+    SHD_FOR_BALL(b, sight->seen[p.object[0]].ball.far, show_packed, &p, 8 * sectors);
     append_packed(out->shot, p.shot, at, hits, room);
     append_packed(out->object, p.object, at, hits, room);
     for (int c = 0; c < 3; c++) {

@@ -345,7 +345,7 @@ static bool bend_first(const shd_sight *sight, const shd_survey *survey, size_t 
         double beyond = INFINITY;
         for (size_t k = 0; k < count; k++)
             if (k != i) beyond = shd_smaller(beyond, seen[k].nearest);
-        if (!(sight->glances[middle.object].nearest < beyond) || !tell(sight, &middle, out, rays))
+        if (!(sight->seen[middle.object].nearest < beyond) || !tell(sight, &middle, out, rays))
             continue;
         const shd_vec3 from = shd_sub(out->point, camera->position);
         const double depth = -shd_dot(from, camera->back) + out->points.first * out->reach;

@@ -258,7 +258,7 @@ static bool cast_batch(const shd_sight *sight, const shd_targets *targets, const
                        size_t first, wants want, shd_hits *hits) {
     const size_t left = shots->count - first;
     const int used = left < SHD_RAYS ? (int)left : SHD_RAYS;
-    const shd_glance *one = targets->count == 1 ? &sight->glances[targets->objects[0]] : NULL;
+    const shd_seen_object *one = targets->count == 1 ? &sight->seen[targets->objects[0]] : NULL;
     const bool quick = one && one->is_ball && shows_balls_quickly(want);
     shd_batch b;
     shd_stage stage;

@@ -104,16 +104,16 @@ typedef struct shd_frames {
 
 /* What is asked of each object that may be in the way, and of many balls nothing else: three cache
  * lines, where an item has a dozen. */
-typedef struct shd_glance {
+typedef struct shd_seen_object {
     _Alignas(64) shd_frame frame; /* no ray meets it that passes beside this */
     double nearest;               /* no ray meets it at a smaller depth, along the camera's axis */
     shd_outline outline;
     shd_seen_ball ball; /* if it is one */
     bool is_ball;
-} shd_glance;
+} shd_seen_object;
 
-/* Asks for an object's glance ahead of its use: of many, few are in caches. */
-static inline void shd_fetch_glance(const shd_glance *g) {
+/* Asks for what is seen of an object ahead of its use: of many objects, few are in caches. */
+static inline void shd_fetch_seen(const shd_seen_object *g) {
     for (size_t line = 0; line < sizeof *g / 64; line++)
         __builtin_prefetch((const char *)g + 64 * line);
 }
@@ -124,8 +124,8 @@ struct shd_sight {
     const shd_plan *plan;
     const atomic_bool *cancelled;
     shd_lens lens;
-    shd_item *items;     /* as shd_scene.objects */
-    shd_glance *glances; /* the same */
+    shd_item *items;       /* as shd_scene.objects */
+    shd_seen_object *seen; /* the same */
     size_t count;
     bool has_built;       /* a tree */
     bool has_balls;       /* some item is one */
@@ -167,5 +167,5 @@ typedef size_t shd_shoot_function(const shd_sight *sight, const shd_targets *tar
                                   const shd_shots *shots, size_t first, shd_hits *out);
 shd_shoot_function shd_shoot_portable, shd_shoot_avx2, shd_shoot_avx512;
 
-/* Fills order, frames or cells, and all of the glances but balls. False: the arena is full. */
+/* Fills order, frames or cells, and all of `seen` but balls. False: the arena is full. */
 bool shd_sight_outline(shd_sight *sight, shd_arena *arena);

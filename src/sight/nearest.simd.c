@@ -160,19 +160,19 @@ static int find_few(const shd_sight *sight, const shd_targets *targets, shd_batc
     bool some = false; /* lane hit an object */
     for (size_t k = 0; k < targets->count; k++) {
         const shd_item *it = &sight->items[targets->objects[k]];
-        const shd_glance *glance = &sight->glances[targets->objects[k]];
+        const shd_seen_object *one = &sight->seen[targets->objects[k]];
         const double object = targets->objects[k];
-        if (!glance->is_ball && it->shape == SHD_MESH) {
+        if (!one->is_ball && it->shape == SHD_MESH) {
             const double limit = some ? SHD_VARIANT(shd_end_of)(b, out) : INFINITY;
-            if (glance->nearest > limit ||
+            if (one->nearest > limit ||
                 !SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, limit, &met) ||
                 !(some ? keep_nearer(sight, object, b, met.t, met.triangle, out)
                        : keep_first(object, met.t, out)))
                 continue;
             take_triangles(&met, object, out);
         } else {
-            if (glance->is_ball)
-                SHD_VARIANT(shd_find_ball)(&glance->ball, b, t);
+            if (one->is_ball)
+                SHD_VARIANT(shd_find_ball)(&one->ball, b, t);
             else
                 SHD_VARIANT(shd_find_shape)(it, b, &b->work[!held], t);
             if (!(some ? keep_nearer(sight, object, b, t, NULL, out) : keep_first(object, t, out)))
@@ -207,7 +207,7 @@ static void bound_sectors(const shd_batch *b, bool framed, outlook *look) {
 }
 
 /* The sectors that may see an object. */
-static unsigned sectors_reached(const outlook *look, const shd_glance *g) {
+static unsigned sectors_reached(const outlook *look, const shd_seen_object *g) {
     const shd_vd left = shd_vd_set((double)g->frame.left),
                  right = shd_vd_set((double)g->frame.right), top = shd_vd_set((double)g->frame.top),
                  bottom = shd_vd_set((double)g->frame.bottom), nearest = shd_vd_set(g->nearest);
@@ -289,7 +289,7 @@ SHD_INLINE unsigned meet_in_sectors(const shd_seen_ball *ball, double object, co
 
 static void find_ball_in(const shd_sight *sight, uint32_t object, shd_batch *b, unsigned sectors,
                          double *t, shd_stage *out) {
-    const shd_seen_ball *ball = &sight->glances[object].ball;
+    const shd_seen_ball *ball = &sight->seen[object].ball;
     unsigned close = 0;
     SHD_FOR_BALL(b, ball->far, close = meet_in_sectors, ball, object, b, sectors, t, out);
     if (close) (void)keep_in_sectors(sight, object, b, t, NULL, close, out);
@@ -306,16 +306,16 @@ static int find_many(const shd_sight *sight, const shd_targets *targets, shd_bat
     bound_sectors(b, targets->surveyed, &look);
     for (size_t k = 0; k < targets->count && !is_late(sight, k); k++) {
         const shd_item *it = &sight->items[targets->objects[k]];
-        const shd_glance *glance = &sight->glances[targets->objects[k]];
+        const shd_seen_object *one = &sight->seen[targets->objects[k]];
         const double object = targets->objects[k];
-        if (unlimited >= (glance->is_ball ? OFTEN : 1)) {
+        if (unlimited >= (one->is_ball ? OFTEN : 1)) {
             limit_sectors(b, out, &look);
             unlimited = 0;
         }
-        if (targets->surveyed && glance->nearest > look.farthest) break;
-        const unsigned sectors = sectors_reached(&look, glance);
+        if (targets->surveyed && one->nearest > look.farthest) break;
+        const unsigned sectors = sectors_reached(&look, one);
         if (!sectors) continue;
-        if (glance->is_ball) {
+        if (one->is_ball) {
             find_ball_in(sight, targets->objects[k], b, sectors, t, out);
             unlimited++;
         } else if (it->shape != SHD_MESH) {
@@ -337,7 +337,7 @@ static int find_many(const shd_sight *sight, const shd_targets *targets, shd_bat
 static bool are_aside(const shd_sight *sight, const shd_targets *targets) {
     enum { FEW = 12, SOME = 2, LOW = 6 /* pixels */ };
     if (targets->count <= SOME) return false;
-    const shd_glance *first = &sight->glances[targets->objects[0]];
+    const shd_seen_object *first = &sight->seen[targets->objects[0]];
     return targets->count > FEW ||
            (targets->surveyed && first->is_ball && first->frame.bottom - first->frame.top < LOW);
 }

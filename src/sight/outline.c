@@ -216,7 +216,7 @@ static size_t find_cells(shd_sight *sight, int across, cell_range *out) {
     size_t total = 0;
     sight->cells_across = across;
     for (size_t i = 0; i < sight->count; i++) {
-        const shd_frame *f = &sight->glances[i].frame;
+        const shd_frame *f = &sight->seen[i].frame;
         cell_range *r = &out[i];
         reach_cells(part * f->top, part * f->bottom, sight->cells_down, &r->top, &r->bottom);
         r->left = r->right = 0;
@@ -266,7 +266,7 @@ static bool list_frames(shd_sight *sight, shd_arena *arena) {
     if (!frames) return false;
     sight->frames = (shd_frames){frames, frames + count, frames + 2 * count, frames + 3 * count};
     for (size_t k = 0; k < count; k++) {
-        const shd_frame *frame = &sight->glances[sight->order[k]].frame;
+        const shd_frame *frame = &sight->seen[sight->order[k]].frame;
         sight->frames.left[k] = frame->left;
         sight->frames.right[k] = frame->right;
         sight->frames.top[k] = frame->top;
@@ -283,16 +283,16 @@ bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
     const range all = {-INFINITY, INFINITY}, none = {INFINITY, -INFINITY};
     for (size_t i = 0; i < count; i++) {
         const shd_item *it = &sight->items[i];
-        shd_glance *glance = &sight->glances[i];
+        shd_seen_object *one = &sight->seen[i];
         sighting seen = {.outline.tube = it->shape == SHD_TORUS, .p = all, .q = all};
         if (it->shape == SHD_PLANE)
             outline_plane(sight, it, &seen.outline);
         else
             outline_sphere(sight, i, it, &seen);
         if (seen.outline.kind == SHD_OUTLINE_NONE) seen.p = none;
-        glance->outline = seen.outline;
-        glance->nearest = seen.nearest;
-        glance->frame = frame_of(&sight->lens, &seen);
+        one->outline = seen.outline;
+        one->nearest = seen.nearest;
+        one->frame = frame_of(&sight->lens, &seen);
         places[i] = (place){seen.nearest + 0.0, (uint32_t)i}; /* -0 + 0 is 0 */
     }
     if (count) sort_places(places, places + count, count);

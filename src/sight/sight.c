@@ -117,7 +117,7 @@ static bool make_facets(const shd_sight *sight, bool flat, shd_arena *arena, shd
 }
 
 const shd_facets *shd_sight_facets(const shd_sight *sight, size_t object) {
-    return sight->glances[object].is_ball ? NULL : sight->items[object].facets;
+    return sight->seen[object].is_ball ? NULL : sight->items[object].facets;
 }
 
 void shd_sight_corners(const shd_sight *sight, size_t object, size_t triangle, shd_vec3 out[3]) {
@@ -207,7 +207,7 @@ static void place_ball_eye(const shd_plan *plan, shd_item *it) {
 
 /* Makes a sphere that stays one, which has an inverse in any case. False: it is none. */
 static bool make_ball(const shd_plan *plan, const shd_object *object, shd_item *it,
-                      shd_glance *glance) {
+                      shd_seen_object *one) {
     double axes[3];
     if (object->shape != SHD_SPHERE || object->interpolation != SHD_PHONG) return false;
     const shd_affine to_world = shd_object_to_world(object);
@@ -219,14 +219,14 @@ static bool make_ball(const shd_plan *plan, const shd_object *object, shd_item *
     it->normal_map = scaling_map(1, (shd_vec3){0, 0, 0});
     place_ball_eye(plan, it);
     it->blind = SHD_BLIND * fmax(axes[0], fmax(axes[1], axes[2]));
-    it->ball = &glance->ball;
-    glance->is_ball = true;
-    glance->ball = (shd_seen_ball){.eye = it->eye,
-                                   .center = it->to_frame.origin,
-                                   .size = it->size,
-                                   .scale = it->to_frame.linear[0][0],
-                                   .turned = it->front_only ? 1 : -1,
-                                   .far = !(shd_length(it->eye) < 16)};
+    it->ball = &one->ball;
+    one->is_ball = true;
+    one->ball = (shd_seen_ball){.eye = it->eye,
+                                .center = it->to_frame.origin,
+                                .size = it->size,
+                                .scale = it->to_frame.linear[0][0],
+                                .turned = it->front_only ? 1 : -1,
+                                .far = !(shd_length(it->eye) < 16)};
     return true;
 }
 
@@ -239,8 +239,8 @@ static shd_status make_item(shd_sight *sight, size_t index, shd_arena *arena, sh
     it->tube = object->tube / object->radius;
     it->front_only = plan->materials[object->material].front_only;
     bool faceted = object->interpolation != SHD_PHONG;
-    sight->glances[index].is_ball = false;
-    if (make_ball(plan, object, it, &sight->glances[index])) {
+    sight->seen[index].is_ball = false;
+    if (make_ball(plan, object, it, &sight->seen[index])) {
         sight->has_balls = true;
         return SHD_OK;
     }
@@ -307,15 +307,15 @@ shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd
     const double half_y = shd_half_height(&scene->camera), half_x = half_y * (2 * x) / (2 * y);
     shd_sight *sight = shd_arena_alloc(arena, 1, sizeof *sight);
     shd_item *items = shd_arena_alloc(arena, scene->object_count, sizeof *items);
-    shd_glance *glances = shd_arena_alloc(arena, scene->object_count, sizeof *glances);
-    if (!sight || !items || !glances)
+    shd_seen_object *objects = shd_arena_alloc(arena, scene->object_count, sizeof *objects);
+    if (!sight || !items || !objects)
         return shd_fail(error, SHD_MEMORY, "/objects", "the limit `memory` is reached");
     *sight = (shd_sight){
         .plan = plan,
         .cancelled = cancelled,
         .lens = {&scene->camera, 2 * x, 2 * y, half_x, half_y, x, y, half_x / x, half_y / y},
         .items = items,
-        .glances = glances,
+        .seen = objects,
         .count = scene->object_count};
     set_offsets(sight, scene->raster.samples);
     for (size_t i = 0; i < scene->object_count; i++) {

@@ -116,8 +116,8 @@ static size_t look_at(const shd_sight *sight, const window *w, const uint32_t *o
     enum { AHEAD = 8 };
     size_t count = 0;
     for (size_t i = 0; i < most; i++) {
-        const shd_glance *g = &sight->glances[objects[i]];
-        if (i + AHEAD < most) shd_fetch_glance(&sight->glances[objects[i + AHEAD]]);
+        const shd_seen_object *g = &sight->seen[objects[i]];
+        if (i + AHEAD < most) shd_fetch_seen(&sight->seen[objects[i + AHEAD]]);
         if (reaches_into(g->frame, w) && may_see(&g->outline, w)) out[count++] = objects[i];
     }
     return count;
@@ -145,7 +145,7 @@ static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ou
         }
         for (size_t i = 0; any && i < size; i++) {
             const uint32_t object = sight->order[first + i];
-            if (reaches[i] && may_see(&sight->glances[object].outline, w)) out[count++] = object;
+            if (reaches[i] && may_see(&sight->seen[object].outline, w)) out[count++] = object;
         }
     }
     return count;
@@ -153,7 +153,7 @@ static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ou
 
 /* Whether an object may be seen through a window. */
 static bool may_see_object(const shd_sight *sight, uint32_t object, const window *w) {
-    const shd_glance *g = &sight->glances[object];
+    const shd_seen_object *g = &sight->seen[object];
     return reaches_into(g->frame, w) && may_see(&g->outline, w) &&
            (!g->outline.tube || may_meet_tube(sight, &sight->items[object], w));
 }
@@ -162,7 +162,7 @@ static bool may_see_object(const shd_sight *sight, uint32_t object, const window
  * above or below the eye is used up, of which each step of depth takes -(a p + b q + c). */
 static double nearest_through(const shd_sight *sight, uint32_t object, const window *w) {
     const shd_item *it = &sight->items[object];
-    const shd_glance *g = &sight->glances[object];
+    const shd_seen_object *g = &sight->seen[object];
     const shd_vec3 v = g->outline.center;
     const double height = fabs(it->eye.y);
     if (it->shape != SHD_PLANE || sight->lens.camera->projection != SHD_PERSPECTIVE ||
@@ -220,7 +220,7 @@ static void list_first(const shd_sight *sight, shd_survey *s) {
     size_t waiting = blocks;
     for (size_t k = 0; k < s->candidate_count && waiting; k++) {
         const uint32_t object = s->candidates[k];
-        const shd_frame *frame = &sight->glances[object].frame;
+        const shd_frame *frame = &sight->seen[object].frame;
         int x[2], y[2];
         blocks_reached(frame->left, frame->right, s->rect.x, s->across, x);
         blocks_reached(frame->top, frame->bottom, s->rect.y, s->down, y);
@@ -255,5 +255,5 @@ void shd_sight_survey(const shd_sight *sight, shd_tile rect, shd_survey *out) {
         if (count) out->windows[i] = make_window(&sight->lens, rect.x + x, rect.y + y, w, h);
     }
     list_first(sight, out);
-    out->even = count == 1 && sight->glances[out->candidates[0]].is_ball;
+    out->even = count == 1 && sight->seen[out->candidates[0]].is_ball;
 }

@@ -39,6 +39,7 @@ enum { MOST_LIGHTS = 3, MOST_LOBES = 2 };
 typedef struct stage {
     shd_camera camera;
     shd_item item;
+    shd_seen_object seen;
     shd_sight sight;
     shd_block block;
     uint32_t candidate;
@@ -96,12 +97,16 @@ static void set_object(stage *s, uint64_t *random) {
     s->radius = decades(random, 1e-3, 1e3);
     s->center = shd_scale(any_direction(random), uniform(random, 0, 5) * s->radius);
     s->up = any_direction(random);
-    s->item = (shd_item){.shape = ball ? SHD_SPHERE : SHD_PLANE, .ball = ball, .size = s->radius};
+    s->seen = (shd_seen_object){.is_ball = ball};
+    s->item = (shd_item){.shape = ball ? SHD_SPHERE : SHD_PLANE,
+                         .ball = ball ? &s->seen.ball : NULL,
+                         .size = s->radius};
     s->item.to_world.origin = s->center;
     for (int r = 0; r < 3; r++) s->item.normal_map.linear[r][1] = ((double *)&s->up)[r] * 3;
     set_camera(s, random);
     s->item.eye = shd_scale(shd_sub(s->camera.position, s->center), 1 / s->radius);
     s->sight.items = &s->item;
+    s->sight.seen = &s->seen;
     s->sight.count = 1;
 }
 
