@@ -98,7 +98,8 @@ static bool is_one_object(const double *object, uint64_t lanes) {
 static bool pack_lanes(const shd_seen_object *objects, const shd_batch *b, const double *object,
                        uint64_t lanes, size_t first, packed_balls *p) {
     const shd_seen_object *one = &objects[(int)object[__builtin_ctzll(lanes)]];
-    const bool far = one->is_ball && one->ball.far;
+    if (!one->is_ball) return false; /* and its `ball` is not set */
+    const bool far = one->ball.far;
     int n = 0;
     for (; lanes; lanes &= lanes - 1, n++) {
         const int i = __builtin_ctzll(lanes);

@@ -12,6 +12,16 @@ typedef struct seen {
     shd_hits hits;
 } seen;
 
+/* Leaves the arena's next bytes as another request might have: what is not set is then no zero. */
+static inline void see_soiled(shd_arena *arena) {
+    enum { BYTES = 1 << 16 };
+    const shd_arena_mark mark = shd_arena_mark_here(arena);
+    void *bytes = shd_arena_alloc(arena, BYTES, 1);
+    assert_non_null(bytes);
+    memset(bytes, 0x5a, BYTES);
+    shd_arena_return(arena, mark);
+}
+
 /* Through all pixels' centres, row by row or block by block. Hits have their pixels' numbers, row
  * by row, in place of the shots'. */
 static inline seen see_in_order(shd_engine *engine, const char *json, shd_isa isa, bool blocks) {
@@ -21,9 +31,10 @@ static inline seen see_in_order(shd_engine *engine, const char *json, shd_isa is
     seen s = {.request = read_scene(engine, json)};
     shd_error error = {.status = SHD_OK};
     shd_arena *arena = s.request->rendering.arena;
-    if (shd_plan_make(s.request->scene, isa, NULL, NULL, arena, &s.request->rendering.plan,
-                      &error) ||
-        shd_sight_new(s.request->rendering.plan, NULL, arena, &s.sight, &error))
+    const shd_status planned =
+        shd_plan_make(s.request->scene, isa, NULL, NULL, arena, &s.request->rendering.plan, &error);
+    see_soiled(arena);
+    if (planned || shd_sight_new(s.request->rendering.plan, NULL, arena, &s.sight, &error))
         fail_msg("%s: %s", error.path, error.text);
     s.hits = new_hits(s.request->rendering.plan, ALL, arena);
     for (int i = 0; i < ALL; i++) {

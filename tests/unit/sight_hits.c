@@ -177,6 +177,36 @@ static void of_surfaces_in_each_other_the_first_object_is_seen(void **state) {
         }
 }
 
+/* Batches that hit a disc first and balls after it, and balls before: in the standard tier, which
+ * makes what is seen of balls alone for the lanes that hit, as in the exact one. */
+static void balls_beside_a_disc_are_seen_in_every_tier(void **state) {
+    static const char *const objects[] = {
+        "{\"type\": \"disc\", \"transform\": {\"translate\": [-1, 0, 0], \"rotate\": [90, 0, 0]}}",
+        "{\"type\": \"sphere\", \"transform\": {\"translate\": [1, 0.4, 0], \"scale\": -0.5}}",
+        "{\"type\": \"sphere\", \"radius\": 0.4, \"transform\": {\"translate\": [0.7, -0.4, 0]}}"};
+    for (shd_isa isa = 0; every_variant(&isa); isa++)
+        for (int k = 0; k < 3; k++) {
+            char *json[2];
+            for (int e = 0; e < 2; e++)
+                json[e] = text_of("{" PICTURE "%s, \"objects\": [%s, %s, %s]}", e ? EXACT : "",
+                                  objects[k], objects[(k + 1) % 3], objects[(k + 2) % 3]);
+            seen s = see(*state, json[0], isa), exact = see(*state, json[1], isa);
+            assert_int_equal(s.hits.count, exact.hits.count);
+            for (size_t i = 0; i < s.hits.count; i++) {
+                assert_int_equal(s.hits.shot[i], exact.hits.shot[i]);
+                assert_int_equal(s.hits.object[i], exact.hits.object[i]);
+                for (int c = 0; c < 3; c++)
+                    assert_true(fabs((double)s.hits.normal32[c][i] - exact.hits.normal[c][i]) <
+                                1e-6);
+            }
+            assert_true(s.hits.count > 500);
+            drop_seen(&s);
+            drop_seen(&exact);
+            free(json[0]);
+            free(json[1]);
+        }
+}
+
 /* Their points lie in the plane y = -0.3, and none is lit by a light in it. */
 static void points_of_a_level_mesh_are_level(void **state) {
     for (shd_isa isa = 0; every_variant(&isa); isa++) {
@@ -283,6 +313,7 @@ int main(void) {
         cmocka_unit_test(from_inside_a_sphere_its_far_wall_is_seen),
         cmocka_unit_test(an_eye_on_a_surface_looks_past_it),
         cmocka_unit_test(of_surfaces_in_each_other_the_first_object_is_seen),
+        cmocka_unit_test(balls_beside_a_disc_are_seen_in_every_tier),
         cmocka_unit_test(points_of_a_level_mesh_are_level),
         cmocka_unit_test(normals_of_scaled_spheres_are_the_gradient),
         cmocka_unit_test(scenes_of_any_size_are_seen_alike),
