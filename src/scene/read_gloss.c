@@ -8,8 +8,15 @@ static void read_gloss(shd_reader *r, const shd_node *node, const shd_range *ran
     const shd_texture **place = (void *)((char *)out - r->field->offset + r->field->texture);
     double ends[2];
     *place = NULL;
-    if (!json_object_get(node->value, "texture") && !json_object_get(node->value, "pattern")) {
+    if (json_is_number(node->value)) {
         shd_read_number(r, node, out);
+        return;
+    }
+    if (!json_object_get(node->value, "texture") && !json_object_get(node->value, "pattern")) {
+        shd_node_expect(r->report, node,
+                        r->in_library ? "a number"
+                                      : "a number, or {pattern, values, uv}, or {texture, values, "
+                                        "channel, uv}");
         return;
     }
     if (r->in_library) {

@@ -71,6 +71,17 @@ SHD_INLINE shd_vd normalize_lobe(const shd_packed_energy *e, shd_vd facing) {
 
 /* ---- Facets of Cook-Torrance ---- */
 
+/* The mean of both polarizations, where a + ib is the root of what the index squared is more than
+ * s2, the square of the sine; c and c2: the cosine, and its square. */
+SHD_INLINE shd_vd share_of_both(shd_vd a, shd_vd b, shd_vd c, shd_vd c2, shd_vd s2) {
+    const shd_vd b2 = b * b, least = shd_vd_set(0x1p-1000);
+    const shd_vd across = ((a - c) * (a - c) + b2) / shd_vd_max((a + c) * (a + c) + b2, least);
+    const shd_vd ac = a * c, rest = b2 * c2,
+                 along = ((ac - s2) * (ac - s2) + rest) /
+                         shd_vd_max((ac + s2) * (ac + s2) + rest, least);
+    return across * shd_vd_set(0.5) * (shd_vd_set(1) + along);
+}
+
 /* As shd_fresnel_reflectance. */
 SHD_INLINE shd_vd mirror_lanes(double n, double k, shd_vd c2, shd_vd s2) {
     const shd_vd zero = shd_vd_set(0), half = shd_vd_set(0.5);
@@ -80,31 +91,21 @@ SHD_INLINE shd_vd mirror_lanes(double n, double k, shd_vd c2, shd_vd s2) {
                  large = shd_vd_sqrt((size + shd_vd_max(real, -real)) * half),
                  some = shd_vd_max(large, shd_vd_set(0x1p-500)), small = shd_vd_set(n * k) / some;
     const shd_md inside = shd_vd_gt(zero, real);
-    const shd_vd a = shd_vd_select(inside, small, large), b = shd_vd_select(inside, large, small),
-                 b2 = b * b, least = shd_vd_set(0x1p-1000);
-    const shd_vd across = ((a - c) * (a - c) + b2) / shd_vd_max((a + c) * (a + c) + b2, least);
-    const shd_vd ac = a * c, rest = b2 * c2,
-                 along = ((ac - s2) * (ac - s2) + rest) /
-                         shd_vd_max((ac + s2) * (ac + s2) + rest, least);
-    return across * half * (shd_vd_set(1) + along);
+    const shd_vd a = shd_vd_select(inside, small, large), b = shd_vd_select(inside, large, small);
+    return share_of_both(a, b, c, c2, s2);
 }
 
 /* The same of an index for each lane, without absorption and of 1 or more, infinite too: to the bit
  * what mirror_lanes makes of it. */
 SHD_INLINE shd_vd mirror_each(shd_vd n, shd_vd c2, shd_vd s2) {
-    const shd_vd zero = shd_vd_set(0), half = shd_vd_set(0.5), one = shd_vd_set(1);
+    const shd_vd zero = shd_vd_set(0), one = shd_vd_set(1);
     const shd_md whole = shd_vd_gt(n, shd_vd_set(DBL_MAX));
     const shd_vd some = shd_vd_select(whole, one, n), square = some * some;
     const shd_vd c = shd_vd_sqrt(c2), real = square - s2,
                  large = shd_vd_sqrt(shd_vd_max(real, -real));
     const shd_md inside = shd_vd_gt(zero, real);
-    const shd_vd a = shd_vd_select(inside, zero, large), b = shd_vd_select(inside, large, zero),
-                 b2 = b * b, least = shd_vd_set(0x1p-1000);
-    const shd_vd across = ((a - c) * (a - c) + b2) / shd_vd_max((a + c) * (a + c) + b2, least);
-    const shd_vd ac = a * c, rest = b2 * c2,
-                 along = ((ac - s2) * (ac - s2) + rest) /
-                         shd_vd_max((ac + s2) * (ac + s2) + rest, least);
-    return shd_vd_select(whole, one, across * half * (one + along));
+    const shd_vd a = shd_vd_select(inside, zero, large), b = shd_vd_select(inside, large, zero);
+    return shd_vd_select(whole, one, share_of_both(a, b, c, c2, s2));
 }
 
 /* Lanes in which facets are lit and seen. */

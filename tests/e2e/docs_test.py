@@ -15,7 +15,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import urldefrag, urljoin, urlsplit
 
-from e2e.daemon import SOURCE, Daemon
+from e2e.daemon import BUILD, SOURCE, Daemon
 
 # Links to scenes are explained, all of them; so many are drawn, too.
 PICTURES = 3
@@ -83,6 +83,14 @@ class Docs(unittest.TestCase):
                 self.assertEqual(daemon.post("/v1/explain", scene).status, 200, scene)
             for other in sorted(others - set(drawn)) + sorted(drawn, key=len)[:PICTURES]:
                 self.assertEqual(daemon.get(other, {"Accept": "*/*"}).status, 200, other)
+
+    def test_scenes_of_textures_are_taken(self):
+        scenes = blocks("textures.md", "json")
+        self.assertGreaterEqual(len(scenes), 8)
+        for scene in scenes:
+            done = subprocess.run([BUILD / "shade", "check", "-", "--assets", SOURCE / "docs" / "textures"],
+                                  input=scene, capture_output=True, text=True, timeout=100, check=False)
+            self.assertEqual(done.returncode, 0, scene + done.stderr)
 
     def test_all_documents_are_pages(self):
         with Daemon() as daemon:

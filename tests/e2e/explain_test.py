@@ -59,6 +59,13 @@ class Http(unittest.TestCase):
                                      "its cone misses the objects", None])
         self.assertIn("Light 2 is left out: it is behind all that is seen.", told["words"])
 
+    def test_numbers_that_are_patterns_are_told_with_their_range_and_as_the_reason_of_the_tier(self):
+        told = self.explain({**SCENE, "objects": [{"type": "sphere", "material": {
+            "specular": 0.5, "shininess": {"pattern": "checker", "values": [8, 200]}}}]})
+        self.assertEqual(told["materials"]["groups"][0]["patterns"],
+                         [{"pattern": "checker", "coefficient": "shininess", "lobe": 0, "range": [8, 200]}])
+        self.assertIn("Tier exact: the only one for exponents and roughness that are patterns or pictures.", told["words"])
+
     def test_terms_are_used_or_not_and_why(self):
         told = self.explain({**SCENE, "objects": [{"type": "sphere"}]})
         used = {term["term"]: term["used"] for term in told["terms"]}

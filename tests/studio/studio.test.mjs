@@ -214,6 +214,36 @@ describe("the studio", { skip: CHROMIUM ? false : "chromium is not installed" },
         assert.equal((await studio.look()).hash, old.hash);
     });
 
+    test("numbers of a highlight become patterns and pictures, and one number again", async () => {
+        await studio.tab("material");
+        const pick = (pointer, value) => studio.page.locator(`[data-pointer="${pointer}"] select`).selectOption(value).then(() => studio.settled());
+        const at = `${material}/shininess`;
+        studio.expected.push(/status of 422.*brdf/s, /status of 409/); // no lobe to plot, and no such picture
+        const [old, now, scene] = await change(SCENE, () => pick(at, "checker"));
+        assert.deepEqual(scene.objects[0].material.shininess, { pattern: "checker", values: [20, 5], uv: { scale: 8 } });
+        assert.notEqual(now.hash, old.hash);
+        assert.equal(await studio.page.locator(".stage.is-wrong").count(), 0);
+        await studio.type(`${at}/values`, 90);
+        await pick(at, "grid");
+        assert.deepEqual((await studio.scene()).objects[0].material.shininess, { pattern: "grid", values: [20, 90], width: 0.15, uv: { scale: 8 } });
+        const lines = await studio.look();
+        await studio.row(`${at}/width`).locator(".slider").fill("0.5");
+        await studio.settled();
+        assert.ok(Math.abs((await studio.scene()).objects[0].material.shininess.width - 0.5) < 0.01);
+        assert.notEqual((await studio.look()).hash, lines.hash);
+        await pick(at, "texture");
+        assert.equal(await studio.row(`${at}/texture`).locator("xpath=self::*[contains(@class, 'is-wrong')]").count(), 1, "a picture that is not here is told where it is named");
+        await pick(at, "");
+        assert.equal((await studio.scene()).objects[0].material.shininess, undefined);
+        assert.equal(await studio.row(at).locator(".number").inputValue(), "32");
+        const facets = { model: "cook-torrance", lobes: [{ roughness: 0.4 }] };
+        await studio.set(with_(material, facets));
+        await pick(`${material}/lobes/0/roughness`, "noise");
+        assert.deepEqual((await studio.scene()).objects[0].material.lobes, [{ roughness: { pattern: "noise", values: [0.4, 0.1], uv: { scale: 12 } } }]);
+        assert.equal(await studio.page.locator(".stage.is-wrong").count(), 0);
+        await studio.set(SCENE);
+    });
+
     test("the library gives its materials", async () => {
         await studio.tab("material");
         await studio.set(SCENE);

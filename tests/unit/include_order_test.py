@@ -21,8 +21,8 @@ def read_table():
 ALLOWED = read_table()
 CPP_FILES = {"color/ocio.hpp", "color/ocio.cpp", "color/ocio_codes.cpp", "color/ocio_config.cpp",
              "color/ocio_measure.cpp", "color/ocio_polar.cpp", "color/ocio_shelf.cpp",
-             "color/ocio_transform.cpp", "color/ocio_walk.cpp", "image/oiio.cpp",
-             "scene/quick.cpp"}
+             "color/ocio_transform.cpp", "color/ocio_walk.cpp", "image/oiio.hpp",
+             "image/oiio.cpp", "image/oiio_read.cpp", "scene/quick.cpp"}
 # Pages and other things that are no C.
 ROOMS_WITHOUT_CODE = {"studio"}
 

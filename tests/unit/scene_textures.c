@@ -43,6 +43,8 @@ static void mistakes_in_patterns_are_pointed_to(void **state) {
     (void)state;
 #define AT "/objects/0/material/diffuse"
     static const refusal cases[] = {
+        {OBJECT("'type': 'sphere', 'material': {'shininess': [8, 20]}"),
+         "/objects/0/material/shininess", "expected a number, or {pattern, values, uv}"},
         {ON("'pattern': 'chequer', 'colors': [0, 1]"), AT "/pattern", "did you mean \"checker\"?"},
         {ON("'pattern': 3, 'colors': [0, 1]"), AT "/pattern", "expected a string"},
         {ON("'pattern': 'checker'"), AT, "\"colors\" is missing"},

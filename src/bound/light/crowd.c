@@ -63,11 +63,11 @@ static int compare_members(const void *x, const void *y) {
 bool shd_crowd_new(shd_finding *f, size_t terms, shd_arena *arena) {
     const shd_plan *plan = f->plan;
     const size_t count = plan->scene->object_count;
-    shd_crowd *out = &f->crowd;
+    shd_crowds *out = &f->crowd;
     member *members = shd_arena_alloc(arena, count, sizeof *members);
-    *out = (shd_crowd){.objects = shd_arena_alloc(arena, count, sizeof *out->objects),
-                       .kinds = shd_arena_alloc(arena, count, sizeof *out->kinds),
-                       .much = shd_arena_alloc(arena, terms, sizeof *out->much)};
+    *out = (shd_crowds){.objects = shd_arena_alloc(arena, count, sizeof *out->objects),
+                        .kinds = shd_arena_alloc(arena, count, sizeof *out->kinds),
+                        .much = shd_arena_alloc(arena, terms, sizeof *out->much)};
     if (!members || !out->objects || !out->kinds || !out->much) return false;
     shd_vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
     for (size_t i = 0; i < count; i++) {
@@ -92,7 +92,7 @@ bool shd_crowd_new(shd_finding *f, size_t terms, shd_arena *arena) {
 }
 
 size_t shd_crowd_enter(shd_finding *f, size_t at) {
-    shd_crowd *crowd = &f->crowd;
+    shd_crowds *crowd = &f->crowd;
     if (at >= crowd->end) {
         const size_t left = f->plan->scene->object_count - at,
                      most = left < TOGETHER ? left : TOGETHER;
@@ -194,7 +194,7 @@ static void find_common(shd_finding *f, double *influences) {
 }
 
 void shd_crowd_begin(shd_finding *f, double *influences) {
-    shd_crowd *crowd = &f->crowd;
+    shd_crowds *crowd = &f->crowd;
     const size_t size = f->terms.count * sizeof *crowd->much;
     if (crowd->known) {
         memcpy(f->much, crowd->much, size);

@@ -8,14 +8,14 @@
 struct shd_finding;
 
 /* The objects in an order in which those that lie together follow each other. */
-typedef struct shd_crowd {
+typedef struct shd_crowds {
     uint32_t *objects; /* [object_count] */
     uint32_t *kinds;   /* [object_count], of `objects`; 0: it has nothing in common with others */
     size_t first, end; /* in `objects`: the part in question */
     bool known;        /* what they have in common is found: */
     shd_much *much;    /* [terms] */
     double ratio, distance;
-} shd_crowd;
+} shd_crowds;
 
 /* `terms`: the most that there are. False: memory, or cancelled. */
 bool shd_crowd_new(struct shd_finding *f, size_t terms, shd_arena *arena);

@@ -28,7 +28,7 @@ typedef struct shd_finding {
     bool nodes;   /* means may be of few nodes (plan/nodes.h) */
     bool crowded; /* pairs are many: lights are in clusters */
     shd_clusters clusters;
-    shd_crowd crowd;
+    shd_crowds crowd;
     /* Of the object in question: */
     shd_terms terms;
     const shd_term *kept; /* a copy of the terms that stays; NULL: they are too many */

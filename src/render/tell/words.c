@@ -36,6 +36,7 @@ const char *shd_drop_reason(unsigned drops) {
 
 /* What of an extended scene f32 has no kernels for. */
 static const char *why_exact(const shd_plan *plan) {
+    if (plan->glossed) return "exponents and roughness that are patterns or pictures";
     if (plan->beyond_points)
         return "lights with a shape, environments, traced rays, spectra, maps of normals, "
                "specular antialiasing and values that f32 does not hold";

@@ -5,7 +5,7 @@ export const TITLES = {
     fov: "Field of view", ior: "Index (IOR)", minDistance: "Min. distance", ambient: "Ambient",
     shadowSamples: "Shadow samples", minContribution: "Cut below", sigma: "Roughness σ", side: "Sides",
     bitDepth: "Bit depth", colorSpace: "Color space", n: "Index n", k: "Absorption k", f0: "Reflectance F₀",
-    maxError: "Max. error", up: "Up", tube: "Tube radius", own: "Own ambient",
+    maxError: "Max. error", uv: "UV", up: "Up", tube: "Tube radius", own: "Own ambient",
 };
 export const titleOf = name => TITLES[name] ??
     name.replace(/([A-Z])/g, c => " " + c.toLowerCase()).replace(/^./, c => c.toUpperCase());
@@ -25,10 +25,14 @@ const RANGES = {
     rotate: { from: -180, to: 180, unit: "°" }, scale: { from: 0.1, to: 3 },
 };
 
+/* The least of a number that differs over a surface, which may be more than that of one that does not. */
+export const leastVaried = (name, schema) => name === "shininess" ? 1 : schema.minimum;
+
 export function rangeOf(name, schema) {
     const low = schema.minimum ?? schema.exclusiveMinimum, high = schema.maximum ?? schema.exclusiveMaximum;
     const hint = { ...RANGES[name] };
     if (name === "height" && schema.type === "integer") Object.assign(hint, RANGES.width);
+    if (name === "width" && high === 1) Object.assign(hint, { from: 0.01, to: 0.99, step: null, unit: "" }); // of lines
     const from = Math.max(hint.from ?? low ?? 0, low ?? -Infinity);
     const to = Math.min(hint.to ?? high ?? Math.max(1, 4 * (schema.default ?? 1)), high ?? Infinity);
     const isWhole = schema.type === "integer";

@@ -55,7 +55,10 @@ function markRows(errors) {
         row.querySelector(".row-problem").hidden = true;
     }
     for (const { pointer, detail } of errors) {
-        const row = [...document.querySelectorAll(".row[data-pointer]")].find(one => pointer === one.dataset.pointer || pointer?.startsWith(one.dataset.pointer + "/"));
+        /* The innermost row that has it. */
+        const row = [...document.querySelectorAll(".row[data-pointer]")]
+            .filter(one => pointer === one.dataset.pointer || pointer?.startsWith(one.dataset.pointer + "/"))
+            .reduce((best, one) => one.dataset.pointer.length > (best?.dataset.pointer.length ?? -1) ? one : best, null);
         if (!row) continue;
         row.classList.add("is-wrong");
         const problem = row.querySelector(".row-problem");

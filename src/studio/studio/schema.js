@@ -40,12 +40,13 @@ export class Schema {
         return schema.names.includes("CssColor") || (schema.oneOf ?? schema.anyOf ?? []).some(one => this.#hasColors(this.of(one)));
     }
 
-    /* A number, also where a pattern or a picture of numbers may stand in its place; or undefined. */
-    numberOf(schema) {
-        const isNumber = one => one.type === "number" || one.type === "integer";
+    /* {number, others} of a number in whose place objects may stand, as patterns and pictures of numbers;
+     * null of all else. */
+    varied(schema) {
         const choices = (schema.oneOf ?? []).map(one => this.of(one)), number = choices.find(isNumber);
-        if (isNumber(schema)) return schema;
-        return choices.every(one => one === number || this.variants(one).every(variant => variant.properties)) ? number : undefined;
+        const others = choices.filter(one => one !== number);
+        const areObjects = others.every(one => this.variants(one).every(variant => variant.properties));
+        return number && others.length && areObjects ? { number, others } : null;
     }
 
     kind(part) {
@@ -54,7 +55,8 @@ export class Schema {
         if (this.#hasColors(schema)) return "color";
         if (schema.enum && schema.enum.every(one => typeof one === "string")) return "choice";
         if (schema.const !== undefined) return "constant";
-        if (this.numberOf(schema)) return "number";
+        if (isNumber(schema)) return "number";
+        if (this.varied(schema)) return "varied";
         if (schema.type === "boolean" || schema.type === "string") return schema.type;
         if (schema.names.includes("Direction")) return "direction";
         if (this.vectorSize(schema)) return "vector";
@@ -72,3 +74,5 @@ export class Schema {
         return numbers && one.minItems === one.maxItems && one.maxItems <= 4 ? one.minItems : 0;
     }
 }
+
+const isNumber = schema => schema.type === "number" || schema.type === "integer";
