@@ -173,6 +173,16 @@ static void try_choice(search *s, const int *chosen, size_t n) {
     memcpy(s->weights, weights, sizeof weights);
 }
 
+static void try_choices(search *s, int shapes, size_t lobes) {
+    for (int i = 0; i < shapes; i++) {
+        try_choice(s, (int[]){i}, 1);
+        for (int j = i + 1; j < shapes && lobes > 1; j++) {
+            try_choice(s, (int[]){i, j}, 2);
+            for (int k = j + 1; k < shapes && lobes > 2; k++) try_choice(s, (int[]){i, j, k}, 3);
+        }
+    }
+}
+
 static void fit_lobes(const shd_foreign *f, size_t lobes, shd_native *out) {
     static _Thread_local sample samples[SAMPLES];
     static _Thread_local double values[SHAPES][SAMPLES];
@@ -192,13 +202,7 @@ static void fit_lobes(const shd_foreign *f, size_t lobes, shd_native *out) {
         for (size_t k = 0; k < count; k++)
             s.right[i] += samples[k].weight * values[i][k] * samples[k].wanted;
     }
-    for (int i = 0; i < SHAPES; i++) {
-        try_choice(&s, (int[]){i}, 1);
-        for (int j = i + 1; j < SHAPES && lobes > 1; j++) {
-            try_choice(&s, (int[]){i, j}, 2);
-            for (int k = j + 1; k < SHAPES && lobes > 2; k++) try_choice(&s, (int[]){i, j, k}, 3);
-        }
-    }
+    try_choices(&s, f->is_pictured ? SHAPES - 1 : SHAPES, lobes);
     for (size_t k = 0; k < s.count; k++) {
         const double shape = shape_at(f, out->model, s.chosen[k]);
         if (shape == SCATTERED) {

@@ -7,6 +7,7 @@
  * from 20 to 120 degrees. */
 #pragma once
 
+#include <stdbool.h>
 #include <stddef.h>
 
 /* Where light, eye and normal stand to each other: cosines, with H = (L + V) / |L + V| and R the
@@ -27,6 +28,7 @@ typedef struct shd_foreign {
     double diffuse[3];
     double specular[3]; /* what is mirrored at a right angle; Blinn: its factor */
     double shape;       /* glTF: alpha, the square of the roughness; else the exponent n */
+    bool is_pictured;   /* `diffuse` is of a picture, and stays without what rough facets scatter */
 } shd_foreign;
 
 /* Ours: Cook-Torrance, Blinn-Phong or Phong. */

@@ -330,7 +330,8 @@ static uint32_t split_metal(shd_map_reader *r, const char *key, const shd_model_
     shd_metal made = {.beneath = NULL};
     memcpy(base.factor, m->diffuse, sizeof base.factor);
     metal.factor[0] = m->metallic;
-    even.roughness *= r->pictures[m->maps[SHD_MAP_METAL_ROUGH].picture - 1].mean[1];
+    if (metal.bytes)
+        even.roughness *= r->pictures[m->maps[SHD_MAP_METAL_ROUGH].picture - 1].mean[1];
     const bool split = shd_split_metal(&base, &metal, &even, &made);
     if (put_key(r, key))
         r->pictures[r->count++] = make_picture(r, "beneath metal", made.beneath, made.beneath_size);
@@ -342,24 +343,31 @@ static uint32_t split_metal(shd_map_reader *r, const char *key, const shd_model_
     return r->full ? 0 : first;
 }
 
+/* Whether the texels of a map are known, if there is one. */
+static bool is_measured(const shd_map_reader *r, const shd_model_map *map) {
+    return !map->picture || r->pictures[map->picture - 1].measured;
+}
+
 void shd_put_metal(shd_map_reader *r, shd_model_material *out) {
     const shd_model_map *metal = &out->maps[SHD_MAP_METAL_ROUGH],
                         *base = &out->maps[SHD_MAP_DIFFUSE];
     if (out->kind != SHD_MODEL_METAL_ROUGH || out->unlit || out->transmission > 0) return;
-    if (!metal->picture || (base->picture && !same_place(base, metal))) return;
-    if (!r->pictures[metal->picture - 1].measured || !(out->metallic > 0)) return;
-    if (base->picture && !r->pictures[base->picture - 1].measured) return;
+    if (!(out->metallic > 0) || !is_measured(r, base) || !is_measured(r, metal)) return;
+    if (metal->picture && base->picture && !same_place(base, metal)) return;
+    const shd_model_map *place = metal->picture ? metal : base;
+    if (!place->picture) return;
     char key[192];
-    const int begin = snprintf(key, sizeof key, "beneath %u of ", metal->picture);
-    snprintf(key + begin, sizeof key - (size_t)begin, "%u, %a %a %a, %a %a %a", base->picture,
-             (double)out->diffuse[0], (double)out->diffuse[1], (double)out->diffuse[2],
-             (double)out->metallic, (double)out->roughness, (double)out->ior);
+    const int begin = snprintf(key, sizeof key, "beneath %u of ", place->picture);
+    snprintf(key + begin, sizeof key - (size_t)begin, "%u by %u, %a %a %a, %a %a %a", base->picture,
+             metal->picture, (double)out->diffuse[0], (double)out->diffuse[1],
+             (double)out->diffuse[2], (double)out->metallic, (double)out->roughness,
+             (double)out->ior);
     uint32_t first = find_picture(r, key);
     /* Each takes as long as both pictures to decode. */
     if (!first && count_pictures(r, key, (size_t)begin) < CUTS_MOST)
         first = split_metal(r, key, out);
     if (!first || !r->pictures[first - 1].bytes.count) return;
-    out->maps[SHD_MAP_BENEATH] = out->maps[SHD_MAP_MIRRORED] = *metal;
+    out->maps[SHD_MAP_BENEATH] = out->maps[SHD_MAP_MIRRORED] = *place;
     out->maps[SHD_MAP_BENEATH].picture = first;
     out->maps[SHD_MAP_MIRRORED].picture = first + 1;
 }

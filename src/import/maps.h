@@ -32,8 +32,9 @@ void shd_put_maps(shd_map_reader *reader, const struct aiMaterial *material, con
                   shd_model_material *out);
 
 /* glTF: where metal differs on its picture, and the base color has none or one at the same place,
- * both become pictures of what mirrors and what does not: SHD_MAP_MIRRORED and SHD_MAP_BENEATH. No
- * picture of metal becomes more than eight of each. All else of `out` is set. */
+ * or the base color has one and metal is between 0 and 1, pictures are made of what mirrors and
+ * what does not: SHD_MAP_MIRRORED and SHD_MAP_BENEATH. No picture of metal, or of base color
+ * without one, becomes more than eight of each. All else of `out` is set. */
 void shd_put_metal(shd_map_reader *reader, shd_model_material *out);
 
 /* glTF: what is cut out has a picture of its own, of opacity, if the base color's has an alpha that

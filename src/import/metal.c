@@ -24,8 +24,9 @@ static bool open_plate(const shd_metal_source *from, plate *out) {
     return out->samples;
 }
 
-/* The code of a channel, over the largest; greys have it in all. */
+/* The code of a channel, over the largest; greys have it in all. 1: there is no file. */
 static double code_at(const plate *p, size_t x, size_t y, int channel) {
+    if (!p->samples) return 1;
     const size_t count = (size_t)p->head.count, colors = count - (size_t)p->head.alpha,
                  at = (y * (size_t)p->head.width + x) * count + (colors < 3 ? 0 : (size_t)channel);
     return p->head.depth == SHD_U8 ? ((const uint8_t *)p->samples)[at] / 255.0
@@ -34,6 +35,7 @@ static double code_at(const plate *p, size_t x, size_t y, int channel) {
 
 static bool varies(const plate *metal) {
     const double first = code_at(metal, 0, 0, 2);
+    if (!metal->samples) return false;
     for (size_t y = 0; y < (size_t)metal->head.height; y++)
         for (size_t x = 0; x < (size_t)metal->head.width; x++)
             if (code_at(metal, x, y, 2) != first) return true;
@@ -75,13 +77,13 @@ typedef struct splitting {
 } splitting;
 
 static void split_texel(const splitting *s, size_t x, size_t y) {
-    const size_t mx = x * (size_t)s->metal->head.width / s->width,
-                 my = y * (size_t)s->metal->head.height / s->height;
+    const shd_decoded *metal = &s->metal->head;
+    const size_t mx = x * (size_t)metal->width / s->width,
+                 my = y * (size_t)metal->height / s->height;
     const double m = fmin(s->metallic * code_at(s->metal, mx, my, 2), 1);
     for (int c = 0; c < 3; c++) {
         double color = (double)s->color[c];
-        if (s->base->samples)
-            color *= shd_curve_decode(SHD_TRANSFER_SRGB, code_at(s->base, x, y, c));
+        color *= shd_curve_decode(SHD_TRANSFER_SRGB, code_at(s->base, x, y, c));
         color = fmin(color, 1);
         const double f0 = s->shares.f0 + (color - s->shares.f0) * m,
                      beneath = color * (1 - m) * (1 - f0) * s->shares.left;
@@ -103,11 +105,18 @@ static bool write_split(const splitting *s, shd_metal *out) {
     return false;
 }
 
+/* What is all metal, or none, has one picture that both colors follow. */
+static bool is_between(const plate *base, const plate *metal, double factor) {
+    const double m = factor * code_at(metal, 0, 0, 2);
+    return base->samples && m > 0 && m < 1;
+}
+
 bool shd_split_metal(const shd_metal_source *base, const shd_metal_source *metal,
                      const shd_model_material *material, shd_metal *out) {
     plate color, blue = {.samples = NULL};
     *out = (shd_metal){.beneath = NULL};
-    bool made = open_plate(base, &color) && open_plate(metal, &blue) && varies(&blue);
+    bool made = open_plate(base, &color) && open_plate(metal, &blue) &&
+                (varies(&blue) || is_between(&color, &blue, (double)metal->factor[0]));
     if (made) {
         const shd_decoded *head = color.samples ? &color.head : &blue.head;
         splitting s = {.base = &color,

@@ -124,6 +124,22 @@ static void give_texture(const shd_model_material *from, shd_model_map_kind kind
     if (mirrors_base(from)) out->textures[SHD_MAP_SPECULAR] = *texture;
 }
 
+/* Whether the base color is rather that of what is beneath the facets. */
+static bool shows_beneath(const shd_model_material *from) {
+    const float most = fmaxf(from->specular[0], fmaxf(from->specular[1], from->specular[2]));
+    return from->kind == SHD_MODEL_METAL_ROUGH ? !mirrors_base(from)
+                                               : from->kind == SHD_MODEL_GLOSSY && most < 0.5f;
+}
+
+/* What rough facets scatter, which is part of the fit's diffuse color, does not follow the base
+ * color: where a picture is to be what is beneath, lobes are fitted that do without. */
+static void leave_beneath(const shd_model_material *from, shd_import_material *out) {
+    if (!out->textures[SHD_MAP_DIFFUSE].map || !shows_beneath(from)) return;
+    if (out->light.model != SHD_NATIVE_COOK_TORRANCE) return;
+    out->foreign.is_pictured = true;
+    shd_fit(&out->foreign, SHD_NATIVE_COOK_TORRANCE, SHD_FIT_LOBES, &out->light);
+}
+
 /* What rough facets scatter is in the fit's diffuse color and does not follow the base color, nor
  * does what mirrors and is no metal: where a picture is bright, the factor would make more of it
  * than the fit makes of white. */
@@ -131,6 +147,7 @@ static void hold_colors(const shd_model_material *from, bool phong, shd_import_m
     shd_model_material white = *from;
     shd_import_material most;
     if (from->kind == SHD_MODEL_MTL || !out->textures[SHD_MAP_DIFFUSE].map) return;
+    if (out->foreign.is_pictured) return; /* it is the factor that is beneath */
     for (int c = 0; c < 3; c++) white.diffuse[c] = 1;
     shd_import_material_of(&white, phong, &most);
     memcpy(out->textures[SHD_MAP_DIFFUSE].most, most.light.diffuse, sizeof most.light.diffuse);
@@ -283,6 +300,7 @@ void shd_make_material(shd_scene_writer *w, size_t index, const char *name,
     shd_import_material_of(&even, w->options->phong, out);
     for (int kind = 0; kind < SHD_MAP_TAKEN; kind++)
         if (taken[kind].map) give_texture(&even, (shd_model_map_kind)kind, &taken[kind], out);
+    if (!has_made_metal(w, index, from)) leave_beneath(&even, out);
     hold_colors(&even, w->options->phong, out);
     take_metal(w, index, from, out);
     hold_facets(out);

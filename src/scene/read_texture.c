@@ -333,6 +333,7 @@ static const shd_texture *read_shares(shd_reader *r, const shd_node *node, int k
     for (size_t e = 0; e < 2; e++)
         for (int c = 0; c < 3; c++) {
             double *end = &ends[e][c];
+            if (isnan(*end)) return NULL; /* a color space is wrong, which is told there */
             if (!(*end >= -SLACK && *end <= most + SLACK)) {
                 shd_wrong(r, node, "%s in every channel, and this has %.9g", expected, *end);
                 return NULL;

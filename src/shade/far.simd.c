@@ -236,8 +236,8 @@ SHD_INLINE void end_terms(term_lanes sums, int terms, shd_far *to) {
         for (int k = 0; k < terms; k++) EACH to->terms[c][k] += sums[c][k][i];
 }
 
-SHD_INLINE void add_terms(const shd_bunches *bunches, const uint32_t *which, size_t count,
-                          int degree, shd_far *to) {
+SHD_INLINE void add_terms(int degree, const shd_bunches *bunches, const uint32_t *which,
+                          size_t count, shd_far *to) {
     const int terms = (int)shd_monomials_below(degree + 1) - 1;
     term_lanes sums;
     for (int c = 0; c < to->channels; c++) memset(sums[c], 0, (size_t)terms * sizeof(lanes));
@@ -253,8 +253,8 @@ SHD_INLINE void add_terms(const shd_bunches *bunches, const uint32_t *which, siz
     to->lights += count;
 }
 
-SHD_INLINE void add_moments(const shd_bunches *bunches, const uint32_t *which, size_t count,
-                            int degree, shd_far *to) {
+SHD_INLINE void add_moments(int degree, const shd_bunches *bunches, const uint32_t *which,
+                            size_t count, shd_far *to) {
     const int terms = (int)shd_monomials_below(degree + 1) - 1;
     term_lanes sums;
     for (int c = 0; c < to->channels; c++) memset(sums[c], 0, (size_t)terms * sizeof(lanes));
@@ -268,23 +268,13 @@ SHD_INLINE void add_moments(const shd_bunches *bunches, const uint32_t *which, s
 
 static void add_lights(const shd_bunches *bunches, const uint32_t *which, size_t count,
                        shd_far *to) {
-    if (to->degree > 4)
-        add_terms(bunches, which, count, 6, to);
-    else if (to->degree > 3)
-        add_terms(bunches, which, count, 4, to);
-    else
-        add_terms(bunches, which, count, 3, to);
+    BY_DEGREE(to->degree, add_terms, bunches, which, count, to);
 }
 
 static void add_bunches(const shd_bunches *bunches, const uint32_t *which, size_t count,
                         shd_far *to) {
     if (!count) return;
-    if (to->degree > 4)
-        add_moments(bunches, which, count, 6, to);
-    else if (to->degree > 3)
-        add_moments(bunches, which, count, 4, to);
-    else
-        add_moments(bunches, which, count, 3, to);
+    BY_DEGREE(to->degree, add_moments, bunches, which, count, to);
 }
 
 /* ---- Points. ---- */
@@ -294,35 +284,31 @@ static void add_bunches(const shd_bunches *bunches, const uint32_t *which, size_
 SHD_INLINE void weigh_terms(const shd_vd h[3], const shd_vd n[3], int degree,
                             shd_vd q[SHD_FAR_TERMS]) {
     shd_vd w[SHD_BUNCH_MOMENTS] = {vd(1)};
-#pragma GCC unroll 5
-    for (int g = 1; g < degree; g++)
-#pragma GCC unroll 6
-        for (int r = 0; r <= g; r++)
-#pragma GCC unroll 6
-            for (int z = 0; z <= r; z++) {
-                const int x = g - r, y = r - z, c = x ? 0 : y ? 1 : 2;
-                w[shd_monomials_below(g) + shd_monomial(r, z)] =
-                    w[shd_monomials_below(g - 1) + shd_monomial(r - (c > 0), z - (c > 1))] * h[c] *
-                    (1.0 / (x   ? x
-                            : y ? y
-                                : z));
-            }
-#pragma GCC unroll 6
-    for (int g = 1; g <= degree; g++)
-#pragma GCC unroll 7
-        for (int r = 0; r <= g; r++)
-#pragma GCC unroll 7
-            for (int z = 0; z <= r; z++) {
-                const size_t below = shd_monomials_below(g - 1);
-                shd_vd sum = vd(0);
-                if (g > r) sum += w[below + shd_monomial(r, z)] * n[0];
-                if (r > z) sum += w[below + shd_monomial(r - 1, z)] * n[1];
-                if (z) sum += w[below + shd_monomial(r - 1, z - 1)] * n[2];
-                q[shd_monomials_below(g) - 1 + shd_monomial(r, z)] = sum;
-            }
+    UNROLL(5)
+    for (int g = 1; g < degree; g++) UNROLL(6)
+    for (int r = 0; r <= g; r++) UNROLL(6)
+    for (int z = 0; z <= r; z++) {
+        const int x = g - r, y = r - z, c = x ? 0 : y ? 1 : 2;
+        w[shd_monomials_below(g) + shd_monomial(r, z)] =
+            w[shd_monomials_below(g - 1) + shd_monomial(r - (c > 0), z - (c > 1))] * h[c] *
+            (1.0 / (x   ? x
+                    : y ? y
+                        : z));
+    }
+    UNROLL(6)
+    for (int g = 1; g <= degree; g++) UNROLL(7)
+    for (int r = 0; r <= g; r++) UNROLL(7)
+    for (int z = 0; z <= r; z++) {
+        const size_t below = shd_monomials_below(g - 1);
+        shd_vd sum = vd(0);
+        if (g > r) sum += w[below + shd_monomial(r, z)] * n[0];
+        if (r > z) sum += w[below + shd_monomial(r - 1, z)] * n[1];
+        if (z) sum += w[below + shd_monomial(r - 1, z - 1)] * n[2];
+        q[shd_monomials_below(g) - 1 + shd_monomial(r, z)] = sum;
+    }
 }
 
-SHD_INLINE void light_by(const shd_plan *plan, const shd_far *far, int degree, size_t count,
+SHD_INLINE void light_by(int degree, const shd_plan *plan, const shd_far *far, size_t count,
                          const float *const position[3], const float *const low[3],
                          const float *const normal[3], float *const diffuse[3]) {
     const int terms = (int)shd_monomials_below(degree + 1) - 1;
@@ -363,12 +349,7 @@ SHD_INLINE void light_by(const shd_plan *plan, const shd_far *far, int degree, s
 static void light_points(const shd_plan *plan, const shd_far *far, size_t count,
                          const float *const position[3], const float *const low[3],
                          const float *const normal[3], float *const diffuse[3]) {
-    if (far->degree > 4)
-        light_by(plan, far, 6, count, position, low, normal, diffuse);
-    else if (far->degree > 3)
-        light_by(plan, far, 4, count, position, low, normal, diffuse);
-    else
-        light_by(plan, far, 3, count, position, low, normal, diffuse);
+    BY_DEGREE(far->degree, light_by, plan, far, count, position, low, normal, diffuse);
 }
 
 const shd_far_kernel SHD_VARIANT(shd_far_kernel) = {look_at_lights, look_at_bunches, add_lights,

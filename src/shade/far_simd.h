@@ -14,6 +14,32 @@ typedef double lanes[LANES];
 
 #define EACH for (int i = 0; i < LANES; i++)
 
+/* Each degree that patches have gets code of its own, with all of its loops laid out. Sanitizer
+ * builds would take minutes to compile these: there one body counts as it goes. */
+#if defined(SHD_ONE_BODY)
+#define UNROLL(times)
+#define BY_DEGREE(degree, call, ...) call(shd_far_degree(degree), __VA_ARGS__)
+#else
+#define PRAGMA(words) _Pragma(#words)
+#define UNROLL(times) PRAGMA(GCC unroll times)
+#define BY_DEGREE(degree, call, ...)                                                               \
+    switch (shd_far_degree(degree)) {                                                              \
+    case 6:                                                                                        \
+        call(6, __VA_ARGS__);                                                                      \
+        break;                                                                                     \
+    case 4:                                                                                        \
+        call(4, __VA_ARGS__);                                                                      \
+        break;                                                                                     \
+    default:                                                                                       \
+        call(3, __VA_ARGS__);                                                                      \
+    }
+#endif
+
+/* The least that is at least `degree` and has code of its own. */
+static inline int shd_far_degree(int degree) {
+    return degree > 4 ? 6 : degree > 3 ? 4 : 3;
+}
+
 SHD_INLINE shd_vd vd(double a) {
     return shd_vd_set(a);
 }
@@ -66,19 +92,17 @@ SHD_INLINE void derive_lanes(const rows *r, int v, shd_vec3 center, int last,
         g[k] = -sum * part;
     }
     all[0] = shd_far_factor[last - 1] * g[last - 1];
-#pragma GCC unroll 6
+    UNROLL(6)
     for (int j = last - 1; j >= 0; j--) {
-#pragma GCC unroll 6
-        for (int degree = last - j; degree > 0; degree--)
-#pragma GCC unroll 7
-            for (int s = 0; s <= degree; s++)
-#pragma GCC unroll 7
-                for (int k = 0; k <= s; k++) {
-                    const shd_far_step step = shd_far_step_of(degree, s, k);
-                    shd_vd sum = -n[step.axis] * all[step.once];
-                    if (step.times) sum += step.times * all[step.twice];
-                    all[shd_monomials_below(degree) + shd_monomial(s, k)] = sum;
-                }
+        UNROLL(6)
+        for (int degree = last - j; degree > 0; degree--) UNROLL(7)
+        for (int s = 0; s <= degree; s++) UNROLL(7)
+        for (int k = 0; k <= s; k++) {
+            const shd_far_step step = shd_far_step_of(degree, s, k);
+            shd_vd sum = -n[step.axis] * all[step.once];
+            if (step.times) sum += step.times * all[step.twice];
+            all[shd_monomials_below(degree) + shd_monomial(s, k)] = sum;
+        }
         if (j) all[0] = shd_far_factor[j - 1] * g[j - 1];
     }
     *distance = d;
@@ -93,7 +117,7 @@ SHD_INLINE void derive_lights(const rows *r, shd_vec3 center, int last, int chan
     for (int v = 0; v < LANES; v += WIDE) {
         shd_vd all[SHD_FAR_TERMS + 1], unit, over;
         derive_lanes(r, v, center, last, all, &unit, &over);
-#pragma GCC unroll 6
+        UNROLL(6)
         for (int degree = 1; degree <= last; degree++, unit *= over)
             for (int color = 0; color < channels; color++) {
                 const shd_vd by = shd_vd_load(r->color[color] + v) * unit;
@@ -108,26 +132,20 @@ SHD_INLINE void derive_lights(const rows *r, shd_vec3 center, int last, int chan
 /* Adds moments times derivatives of degree up to `last` to those of lower degrees. */
 SHD_INLINE void shift_lanes(const lanes *moments, const shd_vd *derived, int v, int last,
                             lanes *to) {
-#pragma GCC unroll 6
-    for (int from = 1; from <= last; from++)
-#pragma GCC unroll 7
-        for (int q = 0; q <= from; q++)
-#pragma GCC unroll 7
-            for (int k = 0; k <= q; k++) {
-                double *out = to[shd_monomials_below(from) - 1 + shd_monomial(q, k)] + v;
-                shd_vd sum = shd_vd_load(out);
-#pragma GCC unroll 6
-                for (int g = 0; g <= last - from; g++)
-#pragma GCC unroll 6
-                    for (int r = 0; r <= g; r++)
-#pragma GCC unroll 6
-                        for (int z = 0; z <= r; z++)
-                            sum +=
-                                shd_vd_load(moments[shd_monomials_below(g) + shd_monomial(r, z)] +
-                                            v) *
-                                derived[shd_monomials_below(from + g) + shd_monomial(q + r, k + z)];
-                shd_vd_store(out, sum);
-            }
+    UNROLL(6)
+    for (int from = 1; from <= last; from++) UNROLL(7)
+    for (int q = 0; q <= from; q++) UNROLL(7)
+    for (int k = 0; k <= q; k++) {
+        double *out = to[shd_monomials_below(from) - 1 + shd_monomial(q, k)] + v;
+        shd_vd sum = shd_vd_load(out);
+        UNROLL(6)
+        for (int g = 0; g <= last - from; g++) UNROLL(6)
+        for (int r = 0; r <= g; r++) UNROLL(6)
+        for (int z = 0; z <= r; z++)
+            sum += shd_vd_load(moments[shd_monomials_below(g) + shd_monomial(r, z)] + v) *
+                   derived[shd_monomials_below(from + g) + shd_monomial(q + r, k + z)];
+        shd_vd_store(out, sum);
+    }
 }
 
 /* The same of all lights of bunches, by their moments. */
@@ -140,7 +158,7 @@ SHD_INLINE void derive_bunches(const shd_bunches *bunches, const uint32_t *which
     for (int v = 0; v < LANES; v += WIDE) {
         shd_vd all[SHD_FAR_TERMS + 1], unit, over;
         derive_lanes(&r, v, center, last, all, &unit, &over);
-#pragma GCC unroll 6
+        UNROLL(6)
         for (int degree = 1; degree <= last; degree++, unit *= over)
             for (size_t k = shd_monomials_below(degree); k < shd_monomials_below(degree + 1); k++)
                 all[k] *= unit;

@@ -97,7 +97,8 @@ static bool is_one_object(const double *object, uint64_t lanes) {
 /* False: not all are balls that are as far as the first one. */
 static bool pack_lanes(const shd_seen_object *objects, const shd_batch *b, const double *object,
                        uint64_t lanes, size_t first, packed_balls *p) {
-    const bool far = objects[(int)object[__builtin_ctzll(lanes)]].ball.far;
+    const shd_seen_object *one = &objects[(int)object[__builtin_ctzll(lanes)]];
+    const bool far = one->is_ball && one->ball.far;
     int n = 0;
     for (; lanes; lanes &= lanes - 1, n++) {
         const int i = __builtin_ctzll(lanes);

@@ -413,6 +413,27 @@ class Textures(Case):
             np.testing.assert_allclose(f0[y, x], 0.04 + (np.array(base) - 0.04) * metallic, atol=0.005)
         self.assertEqual(self.kept(split["ambient"]), LEFT_RED)
 
+    def test_dark_colors_are_no_darker_than_theirs(self):
+        black_white = picture([[10, 10, 10]] * 15 + [[255, 255, 255]])
+        wood, _ = self.metal((black_white, HALF_METAL), metallicFactor=0)
+        # What a surface of 0.04 leaves of light, whatever the mean of the picture.
+        np.testing.assert_allclose(wood["diffuse"]["tint"], [0.955 * c for c in (0.8, 0.4, 0.2)], rtol=2e-3)
+        self.assertEqual((self.kept(wood["diffuse"]), wood["fresnel"]["f0"]), (black_white, [0.04] * 3))
+        # Half metal everywhere, by a factor or a picture that is the same everywhere.
+        half = {"name": "wood", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0.5}}
+        scene, said = self.load("model.gltf", textured(half, images=[black_white]), "--assets", "assets")
+        self.assertNotIn("left out", said)
+        self.assertEqual(self.shade("check", "scene.json", "--assets", "assets").stderr, "")
+        by_map, _ = self.metal((black_white, picture([[0, 255, 255]])), metallicFactor=0.5, baseColorFactor=[1] * 4)
+        self.assertEqual(by_map, scene["materials"]["wood"])
+        f0, diffuse = self.texels(by_map["fresnel"]["f0"]), self.texels(by_map["diffuse"])
+        for x, code in (0, 10), (15, 255):
+            base = [srgb_to_linear(code)] * 3 + [1]
+            even = {"name": "wood", "pbrMetallicRoughness": {"baseColorFactor": base, "metallicFactor": 0.5}}
+            wood = self.load("model.gltf", textured(even, images=[]))[0]["materials"]["wood"]
+            np.testing.assert_allclose(f0[0, x], wood["fresnel"]["f0"], rtol=0.02)
+            np.testing.assert_allclose(diffuse[0, x], wood["diffuse"], rtol=0.03)
+
     def test_metal_that_makes_no_picture_is_its_mean(self):
         even = picture([[0, 128, 255], [0, 10, 255]])
         moved = {"extensions": {"KHR_texture_transform": {"scale": [2, 2]}}}
