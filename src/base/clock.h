@@ -1,4 +1,4 @@
-/* Seconds, for durations and deadlines and never for dates. Any thread. */
+/* Seconds. Any thread. */
 #pragma once
 
 #include <pthread.h>
@@ -10,9 +10,17 @@ static inline double shd_read_clock(clockid_t clock) {
     return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
-/* The monotonic clock, which is read in 20 to 50 ns. */
+/* The monotonic clock, for durations and deadlines and never for dates. It is read in 20 to 50 ns.
+ */
 static inline double shd_now(void) {
     return shd_read_clock(CLOCK_MONOTONIC);
+}
+
+/* Whole seconds since 1970. time() is by a coarser clock, and may still tell the second before. */
+static inline long long shd_date(void) {
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    return (long long)now.tv_sec;
 }
 
 /* The calling thread's processor time. */

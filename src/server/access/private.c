@@ -3,7 +3,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
+
+#include "base/clock.h"
 
 static const char blanks[] = " \t,";
 
@@ -56,7 +57,7 @@ void shd_private_policy(const char *policy, long long left, char out[SHD_POLICY_
 
 void shd_private_apply(shd_reply *reply, bool has_token, long long expires) {
     if (reply->status >= 400 || (!has_token && !expires)) return;
-    long long left = expires ? expires - (long long)time(NULL) : -1;
+    long long left = expires ? expires - shd_date() : -1;
     if (expires && left < 0) left = 0;
     for (size_t i = 0; i < reply->header_count; i++) {
         if (strcmp(reply->headers[i].name, "Cache-Control") != 0) continue;

@@ -8,6 +8,7 @@
 #include <time.h>
 
 #include "access.h"
+#include "base/clock.h"
 #include "base/digest.h"
 
 enum { LEAST = 16, MOST = 255, TOKENS_MOST = 1000 };
@@ -122,7 +123,7 @@ const shd_token *shd_tokens_admit(const shd_tokens *tokens, const char *authoriz
     const shd_digest digest = digest_of(text, length);
     /* Each is looked at as a whole, whatever the others gave. */
     const token *volatile found = NULL;
-    const long long now = (long long)time(NULL);
+    const long long now = shd_date();
     for (size_t i = 0; i < tokens->count; i++) {
         const token *t = &tokens->list[i];
         bool is_good = !t->expires || t->expires > now;

@@ -6,8 +6,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
+#include "base/clock.h"
 #include "base/json_memory.h"
 #include "server/answer/problem.h"
 
@@ -357,5 +357,5 @@ shd_link shd_preview_link(const shd_exchange *exchange, const shd_keys *keys, lo
     /* What is signed and no number ends as a mistake of the link, or here. */
     const char *end = raw_value(target, "expires");
     *expires = end ? strtoll(end, NULL, 10) : 0;
-    return end && *expires <= time(NULL) ? SHD_LINK_EXPIRED : SHD_LINK_SIGNED;
+    return end && *expires <= shd_date() ? SHD_LINK_EXPIRED : SHD_LINK_SIGNED;
 }
