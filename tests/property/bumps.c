@@ -327,14 +327,9 @@ static void layers_have_the_normals_that_are_lit(void **state) {
 
 static void refuse(void **state, const char *material, const char *object, const char *top,
                    const char *pointer) {
-    char *text = text_of("{%s\"objects\": [{%s, \"material\": {%s}}]}", top, object, material);
-    shd_request *request;
-    shd_error error;
-    assert_int_equal(shd_request_new(*state, &request, &error), SHD_OK);
-    assert_int_equal(shd_request_read(request, text, strlen(text), SHD_PNG), SHD_SCENE);
-    assert_string_equal(shd_request_report(request)->errors[0].pointer, pointer);
-    shd_request_drop(request);
-    free(text);
+    refuse_text(*state,
+                text_of("{%s\"objects\": [{%s, \"material\": {%s}}]}", top, object, material),
+                pointer);
 }
 
 static void what_has_no_frame_is_refused(void **state) {

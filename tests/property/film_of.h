@@ -63,6 +63,17 @@ static inline SHD_PRINTF(1, 2) char *text_of(const char *format, ...) {
     return text;
 }
 
+/* The document is no scene, and its first mistake is there. Frees it. */
+static inline void refuse_text(shd_engine *engine, char *text, const char *pointer) {
+    shd_request *request;
+    shd_error error;
+    assert_int_equal(shd_request_new(engine, &request, &error), SHD_OK);
+    assert_int_equal(shd_request_read(request, text, strlen(text), SHD_PNG), SHD_SCENE);
+    assert_string_equal(shd_request_report(request)->errors[0].pointer, pointer);
+    shd_request_drop(request);
+    free(text);
+}
+
 /* Evenly spread in [low, high); the same numbers in every run. */
 static inline double uniform(uint64_t *random, double low, double high) {
     *random = *random * 6364136223846793005u + 1442695040888963407u;

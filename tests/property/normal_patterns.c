@@ -256,15 +256,10 @@ static void tags_tell_patterns_apart(void **state) {
 }
 
 static void refuse(void **state, const char *normal, const char *pointer) {
-    char *text =
-        text_of("{\"objects\": [{\"type\": \"sphere\", \"material\": {\"normal\": %s}}]}", normal);
-    shd_request *request;
-    shd_error error;
-    assert_int_equal(shd_request_new(*state, &request, &error), SHD_OK);
-    assert_int_equal(shd_request_read(request, text, strlen(text), SHD_PNG), SHD_SCENE);
-    assert_string_equal(shd_request_report(request)->errors[0].pointer, pointer);
-    shd_request_drop(request);
-    free(text);
+    refuse_text(
+        *state,
+        text_of("{\"objects\": [{\"type\": \"sphere\", \"material\": {\"normal\": %s}}]}", normal),
+        pointer);
 }
 
 static void what_is_no_normal_is_refused(void **state) {
