@@ -81,8 +81,9 @@ bool tally_write_page(const tally *a, const char *path, double seconds, int thre
         "exact tier to an\nestimate where that is less, and to what the rays of mirrors and glass "
         "tell of a picture. A finding is told with\nits seed; `./dev attack --seed FAMILY:N` makes "
         "it again.\n\n"
-        "%.0f seconds on %d threads, seeds from %llu: %llu findings.\n\n",
-        seconds, threads, (unsigned long long)first, (unsigned long long)tally_findings(a));
+        "%.0f seconds on %d thread%s, seeds from %llu: %llu findings.\n\n",
+        seconds, threads, threads == 1 ? "" : "s", (unsigned long long)first,
+        (unsigned long long)tally_findings(a));
     tally_print_table(out, a);
     fprintf(out,
             "\nThe columns `exact` to `deltaE2000` are the largest error that was measured, over "
