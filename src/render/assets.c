@@ -71,6 +71,15 @@ static shd_status decode_asset(shd_request *request, const void *data, size_t si
     return SHD_OK;
 }
 
+shd_status shd_asset_decode(shd_request *request, const void *data, size_t size, shd_asset *out,
+                            shd_error *error) {
+    static const shd_digest none;
+    shd_stored *thing;
+    const shd_status status = decode_asset(request, data, size, &none, false, &thing, error);
+    if (status == SHD_OK) take_thing(thing, &none, out);
+    return status;
+}
+
 /* ---- What clients put ---- */
 
 bool shd_engine_has_asset(shd_engine *engine, const shd_digest *digest) {
@@ -195,4 +204,27 @@ shd_status shd_asset_open(shd_request *request, const char *name, shd_asset *out
                           shd_error *error) {
     const bool is_digest = !strncmp(name, prefix, strlen(prefix));
     return (is_digest ? open_kept : open_named)(request, name, out, error);
+}
+
+/* ---- Its samples ---- */
+
+size_t shd_asset_count(const shd_asset *asset) {
+    const shd_decoded *p = asset->picture;
+    return (size_t)p->width * (size_t)p->height * (size_t)p->count;
+}
+
+shd_samples shd_asset_samples(const shd_asset *asset, float *values, const atomic_bool *cancelled) {
+    const shd_decoded *p = asset->picture;
+    const size_t count = shd_asset_count(asset);
+    for (size_t i = 0; i < count && !shd_is_cancelled_at(cancelled, i); i++)
+        values[i] = p->depth == SHD_U8    ? ((const uint8_t *)asset->samples)[i]
+                    : p->depth == SHD_U16 ? ((const uint16_t *)asset->samples)[i]
+                                          : ((const float *)asset->samples)[i];
+    return (shd_samples){.width = p->width,
+                         .height = p->height,
+                         .count = p->count,
+                         .alpha = p->alpha,
+                         .associated = p->associated,
+                         .depth = (shd_depth)p->depth,
+                         .values = values};
 }

@@ -10,24 +10,14 @@ enum { FITTING = 18 * 8 * 4 };
 
 static const char scene_place[] = "/scene", photo_place[] = "/photo";
 
-/* Samples as a file has them, in the side's arena: codes of integers. */
+/* In the side's arena. */
 static shd_status take_samples(shd_request *side, const shd_asset *asset, const shd_samples **out,
                                shd_error *error) {
-    const shd_decoded *p = asset->picture;
-    const size_t count = (size_t)p->width * (size_t)p->height * (size_t)p->count;
-    shd_samples *samples = shd_arena_alloc(side->rendering.arena, 1, sizeof *samples);
-    float *values = shd_arena_alloc(side->rendering.arena, count, sizeof *values);
+    shd_arena *arena = side->rendering.arena;
+    shd_samples *samples = shd_arena_alloc(arena, 1, sizeof *samples);
+    float *values = shd_arena_alloc(arena, shd_asset_count(asset), sizeof *values);
     if (!samples || !values) return shd_rendering_full(&side->rendering, "fit", error);
-    *samples = (shd_samples){.width = p->width,
-                             .height = p->height,
-                             .count = p->count,
-                             .alpha = p->alpha,
-                             .depth = (shd_depth)p->depth,
-                             .values = values};
-    for (size_t i = 0; i < count && !shd_is_cancelled_at(side->rendering.cancelled, i); i++)
-        values[i] = p->depth == SHD_U8    ? ((const uint8_t *)asset->samples)[i]
-                    : p->depth == SHD_U16 ? ((const uint16_t *)asset->samples)[i]
-                                          : ((const float *)asset->samples)[i];
+    *samples = shd_asset_samples(asset, values, side->rendering.cancelled);
     *out = samples;
     return SHD_OK;
 }
