@@ -105,8 +105,9 @@ bool shd_is_behind(const shd_back *back, const shd_plan_light *light);
 bool shd_plan_reach(shd_plan *plan, const shd_plan_light *given, size_t count, uint8_t *drops,
                     shd_arena *arena);
 
-/* Fills `sheets`. False: memory. */
-bool shd_plan_sheets(shd_plan *plan, shd_arena *arena);
+/* Fills `sheets`. `from` is a plan that has all of its lights, and sheets, or NULL. False: memory.
+ */
+bool shd_plan_sheets(shd_plan *plan, const shd_plan *from, shd_arena *arena);
 
 /* Sets the frame, and whether positions are split in it. */
 void shd_plan_frame(shd_plan *plan);

@@ -1,6 +1,7 @@
 /* Flat faces whose planes lights are in, or so near to that rounding would decide on which side a
  * light is. The side must be the same all over a face. */
 #include <stdlib.h>
+#include <string.h>
 
 #include "plan/morton.h"
 #include "plan/parts.h"
@@ -32,19 +33,32 @@ typedef struct placed {
     uint32_t light, key;
 } placed;
 
-/* TOGETHER lights, or what is left of them: a box around them. */
+/* gcc makes nothing of the kind of a plain loop. */
+typedef double two __attribute__((vector_size(16)));
+typedef int64_t truths __attribute__((vector_size(16)));
+
+/* Places, or directions, by coordinates. TOGETHER may be read from each of them on. */
+typedef struct rows {
+    double *x, *y, *z;
+    uint32_t *lights;
+    size_t count;
+} rows;
+
+/* Lights that lie together: a box around them. What a bundle consists of follows it. */
 typedef struct bundle {
     shd_vec3 middle, half;
     double away; /* no light is farther from (0,0,0), by the sum of coordinates */
+    size_t first, count;
+    size_t next; /* the bundle that is not within it */
 } bundle;
 
 typedef struct gathering {
     shd_plan *plan;
-    shd_sheets *sheets;         /* [light_count] */
-    placed *placed;             /* [placed_count]: side by side, for most are looked at no closer */
-    bundle *bundles;            /* of TOGETHER of these each */
-    shd_plan_light const **far; /* [far_count]: directional ones */
-    size_t placed_count, far_count;
+    shd_sheets *sheets; /* [light_count] */
+    rows placed;        /* in the order of their bundles */
+    rows far;           /* directional ones */
+    bundle *bundles;    /* [bundle_count] */
+    size_t bundle_count;
     shd_arena *arena;
     bool full; /* or cancelled */
 } gathering;
@@ -101,80 +115,123 @@ static int compare_places(const void *x, const void *y) {
     return a->light < b->light ? -1 : a->light > b->light;
 }
 
-static void sort_places(gathering *g) {
+static void sort_places(placed *lights, size_t count) {
     shd_vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
-    for (size_t i = 0; i < g->placed_count; i++) {
-        low = shd_vec3_min(low, g->placed[i].at);
-        high = shd_vec3_max(high, g->placed[i].at);
-    }
-    const shd_vec3 size = shd_sub(high, low);
-    for (size_t i = 0; i < g->placed_count; i++)
-        g->placed[i].key = shd_morton(g->placed[i].at, low, size);
-    qsort(g->placed, g->placed_count, sizeof *g->placed, compare_places);
-}
-
-static bundle bundle_of(const placed *lights, size_t count) {
-    bundle b = {.away = 0};
-    shd_vec3 low = lights->at, high = low;
     for (size_t i = 0; i < count; i++) {
         low = shd_vec3_min(low, lights[i].at);
         high = shd_vec3_max(high, lights[i].at);
-        b.away = shd_larger(b.away, length_at_most(lights[i].at));
     }
-    b.middle = shd_madd(shd_scale(low, 0.5), high, 0.5);
-    b.half = shd_scale(shd_sub(high, low), 0.5 * (1 + 1e-9));
-    return b;
+    const shd_vec3 size = shd_sub(high, low);
+    for (size_t i = 0; i < count; i++) lights[i].key = shd_morton(lights[i].at, low, size);
+    qsort(lights, count, sizeof *lights, compare_places);
+}
+
+static void bundle_places(gathering *g, const placed *lights, size_t first, size_t count) {
+    bundle *b = &g->bundles[g->bundle_count++];
+    *b = (bundle){.first = first, .count = count};
+    shd_vec3 low = lights[first].at, high = low;
+    for (size_t i = first; i < first + count; i++) {
+        low = shd_vec3_min(low, lights[i].at);
+        high = shd_vec3_max(high, lights[i].at);
+        b->away = shd_larger(b->away, length_at_most(lights[i].at));
+    }
+    b->middle = shd_madd(shd_scale(low, 0.5), high, 0.5);
+    b->half = shd_scale(shd_sub(high, low), 0.5 * (1 + 1e-9));
+    if (count > TOGETHER) {
+        const size_t some = (count / TOGETHER + 1) / 2 * TOGETHER;
+        bundle_places(g, lights, first, some);
+        bundle_places(g, lights, first + some, count - some);
+    }
+    b->next = g->bundle_count;
+}
+
+/* False: memory. */
+static bool new_rows(rows *r, size_t count, shd_arena *arena) {
+    *r = (rows){.x = shd_arena_zalloc(arena, count + TOGETHER, sizeof *r->x),
+                .y = shd_arena_zalloc(arena, count + TOGETHER, sizeof *r->y),
+                .z = shd_arena_zalloc(arena, count + TOGETHER, sizeof *r->z),
+                .lights = shd_arena_alloc(arena, count, sizeof *r->lights)};
+    return r->x && r->y && r->z && r->lights;
+}
+
+static void add_row(rows *r, shd_vec3 at, size_t light) {
+    r->x[r->count] = at.x;
+    r->y[r->count] = at.y;
+    r->z[r->count] = at.z;
+    r->lights[r->count++] = (uint32_t)light;
 }
 
 /* False: memory. */
 static bool bundle_lights(gathering *g) {
     const shd_plan *plan = g->plan;
-    const size_t count = plan->light_count;
-    g->placed = shd_arena_alloc(g->arena, count, sizeof *g->placed);
-    g->far = shd_arena_alloc(g->arena, count, sizeof *g->far);
-    g->bundles = shd_arena_alloc(g->arena, count / TOGETHER + 1, sizeof *g->bundles);
-    if (!g->placed || !g->far || !g->bundles) return false;
-    for (size_t j = 0; j < count; j++) {
-        if (plan->lights[j].directional)
-            g->far[g->far_count++] = &plan->lights[j];
-        else
-            g->placed[g->placed_count++] =
-                (placed){.at = plan->lights[j].position, .light = (uint32_t)j};
-    }
-    if (g->placed_count > TOGETHER) sort_places(g);
-    for (size_t i = 0, k = 0; i < g->placed_count; i += TOGETHER, k++) {
-        const size_t left = g->placed_count - i;
-        g->bundles[k] = bundle_of(&g->placed[i], left < TOGETHER ? left : TOGETHER);
-    }
+    const size_t all = plan->light_count;
+    size_t count = 0;
+    placed *lights = shd_arena_alloc(g->arena, all, sizeof *lights);
+    g->bundles = shd_arena_alloc(g->arena, 2 * (all / TOGETHER + 1), sizeof *g->bundles);
+    for (size_t j = 0; lights && j < all; j++)
+        if (!plan->lights[j].directional)
+            lights[count++] = (placed){.at = plan->lights[j].position, .light = (uint32_t)j};
+    if (!lights || !g->bundles || !new_rows(&g->placed, count, g->arena) ||
+        !new_rows(&g->far, all - count, g->arena))
+        return false;
+    for (size_t j = 0; j < all; j++)
+        if (plan->lights[j].directional) add_row(&g->far, plan->lights[j].toward, j);
+    if (count > TOGETHER) sort_places(lights, count);
+    if (count) bundle_places(g, lights, 0, count);
+    for (size_t i = 0; i < count; i++) add_row(&g->placed, lights[i].at, lights[i].light);
     return true;
 }
 
 /* ---- Faces. ---- */
 
-/* Looks at those lights of a bundle that are not clear of the face's plane by any measure: by a
- * margin that is more than what counts as near, and than rounding. */
-static void look_at_bundle(gathering *g, const face *f, const bundle *b, const placed *lights,
-                           size_t count) {
-    const double height = fabs(shd_dot(f->normal, shd_sub(b->middle, f->point))),
-                 aside = fabs(f->normal.x) * b->half.x + fabs(f->normal.y) * b->half.y +
-                         fabs(f->normal.z) * b->half.z,
-                 reach = b->away + length_at_most(f->point) + f->size + f->reach,
-                 margin = (f->near ? 2 * NEAR_PLANE : 1e-12) * reach;
-    if (height > aside + margin) return;
-    for (size_t i = 0; i < count; i++)
-        if (!(fabs(shd_dot(f->normal, shd_sub(lights[i].at, f->point))) > margin))
-            look_at_light(g, f, lights[i].light);
+/* Of TOGETHER rows: how far they are from where the face's normal comes to `offset`. Returns
+ * whether any is within the margin. */
+static bool find_heights(const face *f, const rows *r, size_t first, double offset, double margin,
+                         double heights[TOGETHER]) {
+    truths any = {0, 0};
+    for (size_t k = 0; k < TOGETHER; k += 2) {
+        two x, y, z;
+        memcpy(&x, &r->x[first + k], sizeof x);
+        memcpy(&y, &r->y[first + k], sizeof y);
+        memcpy(&z, &r->z[first + k], sizeof z);
+        const two height = f->normal.x * x + f->normal.y * y + f->normal.z * z - offset;
+        any |= (truths)(height <= margin) & (truths)(height >= -margin);
+        memcpy(&heights[k], &height, sizeof height);
+    }
+    return any[0] | any[1];
 }
 
+/* Looks at those of some rows, TOGETHER at most, that are within the margin. */
+static void look_at_rows(gathering *g, const face *f, const rows *r, size_t first, size_t count,
+                         double offset, double margin) {
+    double heights[TOGETHER];
+    if (!find_heights(f, r, first, offset, margin, heights)) return;
+    for (size_t k = 0; k < count; k++)
+        if (fabs(heights[k]) <= margin) look_at_light(g, f, r->lights[first + k]);
+}
+
+/* Looks at lights that are not clear of the face's plane by any measure: by a margin that is more
+ * than what counts as near, and than rounding. */
 static void look_at_face(gathering *g, const face *f) {
     if (!g->bundles && !bundle_lights(g)) g->full = true;
-    for (size_t first = 0, k = 0; first < g->placed_count && !g->full; first += TOGETHER, k++) {
-        const size_t left = g->placed_count - first, some = left < TOGETHER ? left : TOGETHER;
-        look_at_bundle(g, f, &g->bundles[k], &g->placed[first], some);
+    const double offset = shd_dot(f->normal, f->point),
+                 reach = length_at_most(f->point) + f->size + f->reach,
+                 part = f->near ? 2 * NEAR_PLANE : 1e-12;
+    for (size_t k = 0; k < g->bundle_count && !g->full;) {
+        const bundle *b = &g->bundles[k];
+        const double height = fabs(shd_dot(f->normal, b->middle) - offset),
+                     aside = fabs(f->normal.x) * b->half.x + fabs(f->normal.y) * b->half.y +
+                             fabs(f->normal.z) * b->half.z,
+                     margin = part * (b->away + reach);
+        const bool clear = height > aside + margin;
+        if (!clear && b->count <= TOGETHER)
+            look_at_rows(g, f, &g->placed, b->first, b->count, offset, margin);
+        k = clear ? b->next : k + 1;
     }
-    for (size_t i = 0; i < g->far_count && !g->full; i++)
-        if (!(fabs(shd_dot(f->normal, g->far[i]->toward)) > NEAR_PLANE))
-            look_at_light(g, f, (size_t)(g->far[i] - g->plan->lights));
+    for (size_t i = 0; i < g->far.count && !g->full; i += TOGETHER) {
+        const size_t left = g->far.count - i, some = left < TOGETHER ? left : TOGETHER;
+        look_at_rows(g, f, &g->far, i, some, 0, 2 * NEAR_PLANE);
+    }
 }
 
 /* Looks at the face of the shape's unit form with this normal and point. */
@@ -206,11 +263,15 @@ static void look_at_shape(gathering *g, const shd_object *object, const shd_plan
         look_at_unit_face(g, bounds, &map, &normal_map, axes[0], (shd_vec3){0, 0, 0});
 }
 
+static bool looks_at_mesh(const shd_plan *plan, const shd_mesh *mesh) {
+    return mesh->triangle_count <= MOST_PAIRS / (plan->light_count + 1);
+}
+
 /* Looks at triangles with normals of their own. */
 static void look_at_mesh(gathering *g, const shd_object *object) {
     const shd_mesh *mesh = object->mesh;
     if (mesh->normals && object->interpolation != SHD_FLAT) return;
-    if (mesh->triangle_count > MOST_PAIRS / (g->plan->light_count + 1)) return;
+    if (!looks_at_mesh(g->plan, mesh)) return;
     const shd_affine normal_map = shd_normal_map(&object->transform);
     for (size_t t = 0; t < mesh->triangle_count && !g->full; t++) {
         g->full = shd_is_cancelled_at(g->plan->cancelled, t);
@@ -232,14 +293,29 @@ static void look_at_mesh(gathering *g, const shd_object *object) {
     }
 }
 
-bool shd_plan_sheets(shd_plan *plan, shd_arena *arena) {
+/* Whether `from` has all sheets that lights of the plan would get: it has them, and more of them,
+ * and looked at each mesh that would be looked at. */
+static bool has_sheets(const shd_plan *from, const shd_plan *plan) {
+    for (size_t i = 0; from && i < plan->scene->object_count; i++) {
+        const shd_mesh *mesh = plan->scene->objects[i].mesh;
+        if (mesh && looks_at_mesh(plan, mesh) && !looks_at_mesh(from, mesh)) return false;
+    }
+    return from;
+}
+
+bool shd_plan_sheets(shd_plan *plan, const shd_plan *from, shd_arena *arena) {
     const shd_scene *scene = plan->scene;
     gathering g = {.plan = plan,
                    .sheets = shd_arena_zalloc(arena, plan->light_count, sizeof *g.sheets),
                    .arena = arena};
     if (!g.sheets) return false;
+    const bool known = has_sheets(from, plan);
+    for (size_t j = 0, k = 0; known && j < plan->light_count; j++) {
+        while (from->lights[k].index != plan->lights[j].index) k++;
+        g.sheets[j] = from->sheets[k];
+    }
     /* All objects are looked at, whatever lights their lists have, so that lists change no bit. */
-    for (size_t i = 0; i < scene->object_count && !g.full; i++) {
+    for (size_t i = 0; !known && i < scene->object_count && !g.full; i++) {
         g.full = shd_is_cancelled(plan->cancelled);
         const shd_object *object = &scene->objects[i];
         if (object->shape == SHD_MESH)
