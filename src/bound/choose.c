@@ -331,11 +331,13 @@ static shd_mean_room find_mean_room(const shd_choice *choice, const shd_shown *s
 /* Draft is cheaper than any other tier, if it differs. *met: it is within the budget. False:
  * memory. */
 static bool meet_by_draft(shd_choice *choice, const shd_shown *shown, shd_arena *arena, bool *met) {
-    const shd_plan *draft = choice->plan, *plan = sketch_plan(draft, arena);
+    const shd_plan *draft = choice->plan;
     shd_excess_list list;
     shd_influences influences;
     *met = false;
-    if (draft->scene->accuracy.exactly || !shd_plan_may_draft(draft)) return true;
+    if (draft->scene->accuracy.exactly) return true;
+    const shd_plan *plan = sketch_plan(draft, arena);
+    if (plan == draft && !shd_plan_may_thin(draft)) return true;
     choice->tier = SHD_STANDARD;
     if (!plan || !shd_excess_find(plan, SHD_STANDARD, arena, &list, &influences)) return false;
     if (!is_within(choice, shown, &list)) return true;

@@ -130,6 +130,7 @@ static bool find_object(shd_finding *f, size_t index, bool same_group, bool few,
     f->place = shd_place_of(&plan->scene->objects[index], object);
     f->place.known = f->place.known && few;
     f->misplaced = shd_misplaced_of(plan->scene, &f->place);
+    shd_set_path_errors(f);
     for (size_t k = 0; k < object->light_count && !shd_is_clustered(f, object); k++)
         f->sources[k] = shd_source_of(f, object->lights[k]);
     return true;
