@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "plan/bunches.h"
+#include "plan/bundles.h"
 #include "plan/nodes.h"
 #include "plan/parts.h"
 #include "plan/textures.h"
@@ -201,8 +202,9 @@ static bool arrange_lights(shd_plan *plan, const shd_plan *from, const shd_plan_
                            size_t count, uint8_t *drops, shd_arena *arena) {
     if (!shd_plan_reach(plan, lights, count, drops, arena)) return false;
     find_greys(plan);
-    shd_plan_frame(plan);
-    return shd_plan_sheets(plan, from, arena) && shd_plan_term_colors(plan, arena);
+    shd_bundles bundles = {0};
+    return shd_plan_frame(plan, &bundles, arena) && shd_plan_sheets(plan, from, &bundles, arena) &&
+           shd_plan_term_colors(plan, arena);
 }
 
 /* Scenes all of whose objects are flat know nothing of it. */

@@ -3,8 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "plan/morton.h"
-#include "plan/parts.h"
+#include "plan/bundles.h"
 
 /* A light is in a plane if it is nearer than this times |light| + |point| (docs/model.md). */
 static const double IN_PLANE = 16 * 0x1p-52;
@@ -16,8 +15,7 @@ static const double NEAR_PLANE = 1e-5;
 enum {
     MOST_PAIRS = 1 << 22, /* of a mesh's faces and lights that are looked at */
     FEW_TRIANGLES = 64,   /* in meshes with more, only lights in the planes count */
-    MOST_SHEETS = 32,     /* of a light: the nearest ones */
-    TOGETHER = 16         /* lights that lie together, and may all be clear of a plane */
+    MOST_SHEETS = 32      /* of a light: the nearest ones */
 };
 
 typedef struct face {
@@ -27,38 +25,14 @@ typedef struct face {
     bool near;              /* lights near the plane count, too */
 } face;
 
-/* A light that has a place, and where on a curve through all of them that is. */
-typedef struct placed {
-    shd_vec3 at;
-    uint32_t light, key;
-} placed;
-
 /* gcc makes nothing of the kind of a plain loop. */
 typedef double two __attribute__((vector_size(16)));
 typedef int64_t truths __attribute__((vector_size(16)));
 
-/* Places, or directions, by coordinates. TOGETHER may be read from each of them on. */
-typedef struct rows {
-    double *x, *y, *z;
-    uint32_t *lights;
-    size_t count;
-} rows;
-
-/* Lights that lie together: a box around them. What a bundle consists of follows it. */
-typedef struct bundle {
-    shd_vec3 middle, half;
-    double away; /* no light is farther from (0,0,0), by the sum of coordinates */
-    size_t first, count;
-    size_t next; /* the bundle that is not within it */
-} bundle;
-
 typedef struct gathering {
     shd_plan *plan;
     shd_sheets *sheets; /* [light_count] */
-    rows placed;        /* in the order of their bundles */
-    rows far;           /* directional ones */
-    bundle *bundles;    /* [bundle_count] */
-    size_t bundle_count;
+    shd_bundles *bundles;
     shd_arena *arena;
     bool full; /* or cancelled */
 } gathering;
@@ -86,11 +60,6 @@ static void keep_sheet(gathering *g, size_t light, const shd_sheet *sheet) {
         to->list[farthest] = *sheet;
 }
 
-/* At least the length, without a root. */
-static double length_at_most(shd_vec3 v) {
-    return (fabs(v.x) + fabs(v.y) + fabs(v.z)) * (1 + 1e-9);
-}
-
 static void look_at_light(gathering *g, const face *f, size_t j) {
     const shd_plan_light *light = &g->plan->lights[j];
     if (light->shape || light->environment) return; /* it is in no plane */
@@ -107,89 +76,14 @@ static void look_at_light(gathering *g, const face *f, size_t j) {
     keep_sheet(g, j, &(shd_sheet){f->normal, f->point, within ? 0 : height, f->reach + f->size});
 }
 
-/* ---- Lights that lie together. ---- */
-
-static int compare_places(const void *x, const void *y) {
-    const placed *a = x, *b = y;
-    if (a->key != b->key) return a->key < b->key ? -1 : 1;
-    return a->light < b->light ? -1 : a->light > b->light;
-}
-
-static void sort_places(placed *lights, size_t count) {
-    shd_vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
-    for (size_t i = 0; i < count; i++) {
-        low = shd_vec3_min(low, lights[i].at);
-        high = shd_vec3_max(high, lights[i].at);
-    }
-    const shd_vec3 size = shd_sub(high, low);
-    for (size_t i = 0; i < count; i++) lights[i].key = shd_morton(lights[i].at, low, size);
-    qsort(lights, count, sizeof *lights, compare_places);
-}
-
-static void bundle_places(gathering *g, const placed *lights, size_t first, size_t count) {
-    bundle *b = &g->bundles[g->bundle_count++];
-    *b = (bundle){.first = first, .count = count};
-    shd_vec3 low = lights[first].at, high = low;
-    for (size_t i = first; i < first + count; i++) {
-        low = shd_vec3_min(low, lights[i].at);
-        high = shd_vec3_max(high, lights[i].at);
-        b->away = shd_larger(b->away, length_at_most(lights[i].at));
-    }
-    b->middle = shd_madd(shd_scale(low, 0.5), high, 0.5);
-    b->half = shd_scale(shd_sub(high, low), 0.5 * (1 + 1e-9));
-    if (count > TOGETHER) {
-        const size_t some = (count / TOGETHER + 1) / 2 * TOGETHER;
-        bundle_places(g, lights, first, some);
-        bundle_places(g, lights, first + some, count - some);
-    }
-    b->next = g->bundle_count;
-}
-
-/* False: memory. */
-static bool new_rows(rows *r, size_t count, shd_arena *arena) {
-    *r = (rows){.x = shd_arena_zalloc(arena, count + TOGETHER, sizeof *r->x),
-                .y = shd_arena_zalloc(arena, count + TOGETHER, sizeof *r->y),
-                .z = shd_arena_zalloc(arena, count + TOGETHER, sizeof *r->z),
-                .lights = shd_arena_alloc(arena, count, sizeof *r->lights)};
-    return r->x && r->y && r->z && r->lights;
-}
-
-static void add_row(rows *r, shd_vec3 at, size_t light) {
-    r->x[r->count] = at.x;
-    r->y[r->count] = at.y;
-    r->z[r->count] = at.z;
-    r->lights[r->count++] = (uint32_t)light;
-}
-
-/* False: memory. */
-static bool bundle_lights(gathering *g) {
-    const shd_plan *plan = g->plan;
-    const size_t all = plan->light_count;
-    size_t count = 0;
-    placed *lights = shd_arena_alloc(g->arena, all, sizeof *lights);
-    g->bundles = shd_arena_alloc(g->arena, 2 * (all / TOGETHER + 1), sizeof *g->bundles);
-    for (size_t j = 0; lights && j < all; j++)
-        if (!plan->lights[j].directional)
-            lights[count++] = (placed){.at = plan->lights[j].position, .light = (uint32_t)j};
-    if (!lights || !g->bundles || !new_rows(&g->placed, count, g->arena) ||
-        !new_rows(&g->far, all - count, g->arena))
-        return false;
-    for (size_t j = 0; j < all; j++)
-        if (plan->lights[j].directional) add_row(&g->far, plan->lights[j].toward, j);
-    if (count > TOGETHER) sort_places(lights, count);
-    if (count) bundle_places(g, lights, 0, count);
-    for (size_t i = 0; i < count; i++) add_row(&g->placed, lights[i].at, lights[i].light);
-    return true;
-}
-
 /* ---- Faces. ---- */
 
-/* Of TOGETHER rows: how far they are from where the face's normal comes to `offset`. Returns
+/* Of SHD_TOGETHER rows: how far they are from where the face's normal comes to `offset`. Returns
  * whether any is within the margin. */
-static bool find_heights(const face *f, const rows *r, size_t first, double offset, double margin,
-                         double heights[TOGETHER]) {
+static bool find_heights(const face *f, const shd_rows *r, size_t first, double offset,
+                         double margin, double heights[SHD_TOGETHER]) {
     truths any = {0, 0};
-    for (size_t k = 0; k < TOGETHER; k += 2) {
+    for (size_t k = 0; k < SHD_TOGETHER; k += 2) {
         two x, y, z;
         memcpy(&x, &r->x[first + k], sizeof x);
         memcpy(&y, &r->y[first + k], sizeof y);
@@ -201,10 +95,10 @@ static bool find_heights(const face *f, const rows *r, size_t first, double offs
     return any[0] | any[1];
 }
 
-/* Looks at those of some rows, TOGETHER at most, that are within the margin. */
-static void look_at_rows(gathering *g, const face *f, const rows *r, size_t first, size_t count,
+/* Looks at those of some rows, SHD_TOGETHER at most, that are within the margin. */
+static void look_at_rows(gathering *g, const face *f, const shd_rows *r, size_t first, size_t count,
                          double offset, double margin) {
-    double heights[TOGETHER];
+    double heights[SHD_TOGETHER];
     if (!find_heights(f, r, first, offset, margin, heights)) return;
     for (size_t k = 0; k < count; k++)
         if (fabs(heights[k]) <= margin) look_at_light(g, f, r->lights[first + k]);
@@ -213,24 +107,25 @@ static void look_at_rows(gathering *g, const face *f, const rows *r, size_t firs
 /* Looks at lights that are not clear of the face's plane by any measure: by a margin that is more
  * than what counts as near, and than rounding. */
 static void look_at_face(gathering *g, const face *f) {
-    if (!g->bundles && !bundle_lights(g)) g->full = true;
+    const shd_bundles *all = g->bundles;
+    g->full = g->full || !shd_bundles_need(g->plan, g->arena, g->bundles);
     const double offset = shd_dot(f->normal, f->point),
-                 reach = length_at_most(f->point) + f->size + f->reach,
+                 reach = shd_length_at_most(f->point) + f->size + f->reach,
                  part = f->near ? 2 * NEAR_PLANE : 1e-12;
-    for (size_t k = 0; k < g->bundle_count && !g->full;) {
-        const bundle *b = &g->bundles[k];
+    for (size_t k = 0; k < all->count && !g->full;) {
+        const shd_bundle *b = &all->list[k];
         const double height = fabs(shd_dot(f->normal, b->middle) - offset),
                      aside = fabs(f->normal.x) * b->half.x + fabs(f->normal.y) * b->half.y +
                              fabs(f->normal.z) * b->half.z,
                      margin = part * (b->away + reach);
         const bool clear = height > aside + margin;
-        if (!clear && b->count <= TOGETHER)
-            look_at_rows(g, f, &g->placed, b->first, b->count, offset, margin);
+        if (!clear && b->count <= SHD_TOGETHER)
+            look_at_rows(g, f, &all->placed, b->first, b->count, offset, margin);
         k = clear ? b->next : k + 1;
     }
-    for (size_t i = 0; i < g->far.count && !g->full; i += TOGETHER) {
-        const size_t left = g->far.count - i, some = left < TOGETHER ? left : TOGETHER;
-        look_at_rows(g, f, &g->far, i, some, 0, 2 * NEAR_PLANE);
+    for (size_t i = 0; i < all->far.count && !g->full; i += SHD_TOGETHER) {
+        const size_t left = all->far.count - i, some = left < SHD_TOGETHER ? left : SHD_TOGETHER;
+        look_at_rows(g, f, &all->far, i, some, 0, 2 * NEAR_PLANE);
     }
 }
 
@@ -303,10 +198,11 @@ static bool has_sheets(const shd_plan *from, const shd_plan *plan) {
     return from;
 }
 
-bool shd_plan_sheets(shd_plan *plan, const shd_plan *from, shd_arena *arena) {
+bool shd_plan_sheets(shd_plan *plan, const shd_plan *from, shd_bundles *bundles, shd_arena *arena) {
     const shd_scene *scene = plan->scene;
     gathering g = {.plan = plan,
                    .sheets = shd_arena_zalloc(arena, plan->light_count, sizeof *g.sheets),
+                   .bundles = bundles,
                    .arena = arena};
     if (!g.sheets) return false;
     const bool known = has_sheets(from, plan);
