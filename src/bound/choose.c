@@ -198,6 +198,12 @@ static bool drop_weakest(const shd_plan *plan, double room, const shd_influences
     return true;
 }
 
+/* Whether the errors of a plan with fewer lights are within those of all. It is not looked at more
+ * finely as long as pairs are many, so that another look tells no less. */
+static bool errs_no_more(const shd_plan *fewer, const shd_plan *all) {
+    return shd_is_crowded(fewer) && fewer->split_positions == all->split_positions;
+}
+
 /* Chooses what a tier leaves out that meets the budget. `list` is its excess. False: memory. */
 static bool leave_out(shd_choice *choice, const shd_shown *shown, shd_excess_list *list,
                       const shd_influences *influences, shd_arena *arena) {
@@ -212,15 +218,18 @@ static bool leave_out(shd_choice *choice, const shd_shown *shown, shd_excess_lis
         set_bound(choice, shown, list);
         return true;
     }
-    if (!shd_plan_without(draft, drops, arena, &choice->plan) || !find_bound(choice, shown, arena))
-        return false;
-    const shd_accuracy *accuracy = &draft->scene->accuracy;
-    if (shd_bound_in(&choice->bound, accuracy->metric) <= accuracy->max_error) return true;
-    /* With fewer lights, pieces are other ones. Those of all lights do have the room. */
-    choice->plan = draft;
-    choice->drop_tolerance += choice->dropped;
-    choice->dropped = 0;
-    return find_bound(choice, shown, arena);
+    if (!shd_plan_without(draft, drops, arena, &choice->plan)) return false;
+    if (!errs_no_more(choice->plan, draft)) {
+        if (!find_bound(choice, shown, arena)) return false;
+        const shd_accuracy *accuracy = &draft->scene->accuracy;
+        if (shd_bound_in(&choice->bound, accuracy->metric) <= accuracy->max_error) return true;
+        /* With fewer lights, pieces are other ones. Those of all lights do have the room. */
+        choice->plan = draft;
+        choice->drop_tolerance += choice->dropped;
+        choice->dropped = 0;
+    }
+    set_bound(choice, shown, list);
+    return true;
 }
 
 /* Fails with the best bound that there is. */
@@ -322,11 +331,13 @@ static shd_mean_room find_mean_room(const shd_choice *choice, const shd_shown *s
 /* Draft is cheaper than any other tier, if it differs. *met: it is within the budget. False:
  * memory. */
 static bool meet_by_draft(shd_choice *choice, const shd_shown *shown, shd_arena *arena, bool *met) {
-    const shd_plan *draft = choice->plan, *plan = sketch_plan(draft, arena);
+    const shd_plan *draft = choice->plan;
     shd_excess_list list;
     shd_influences influences;
     *met = false;
-    if (draft->scene->accuracy.exactly || !shd_plan_may_draft(draft)) return true;
+    if (draft->scene->accuracy.exactly) return true;
+    const shd_plan *plan = sketch_plan(draft, arena);
+    if (plan == draft && !shd_plan_may_thin(draft)) return true;
     choice->tier = SHD_STANDARD;
     if (!plan || !shd_excess_find(plan, SHD_STANDARD, arena, &list, &influences)) return false;
     if (!is_within(choice, shown, &list)) return true;

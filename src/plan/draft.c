@@ -61,9 +61,9 @@ static bool is_plump(const shd_object *object) {
 bool shd_plan_may_sketch(const shd_plan *plan) {
     const size_t count = plan->scene->object_count;
     if (plan->split_positions || !is_plain(plan)) return false;
+    for (size_t g = 0; g < plan->group_count; g++)
+        if (!shd_plan_sketches(plan, &plan->groups[g])) return false;
     for (size_t o = 0; o < count; o++)
-        if (!is_for_drafts(plan, o) || !is_plump(&plan->scene->objects[o]) ||
-            !shd_plan_sketches(plan, &plan->groups[plan->objects[o].group]))
-            return false;
+        if (!is_for_drafts(plan, o) || !is_plump(&plan->scene->objects[o])) return false;
     return count > 0;
 }

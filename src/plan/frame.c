@@ -1,8 +1,10 @@
 /* The frame of f32 positions, and whether f32 is enough for them. */
-#include "plan/parts.h"
+#include "plan/bundles.h"
 
-/* Pairs of objects and lights that are looked at. With more, positions are split in any case. */
-enum { MOST_PAIRS = 1 << 22 };
+enum {
+    MOST_PAIRS = 1 << 22, /* of objects and lights; with more, positions are split in any case */
+    FEW_LIGHTS = 64       /* that are looked at one by one */
+};
 
 /* If a light is nearer than this, in the frame's unit, its direction shows f32's rounding of
  * positions: 2^-25 is 6e-7 of it. */
@@ -42,8 +44,28 @@ static bool is_beyond(const shd_plan_object *object, shd_vec3 point, double dist
     return object->bounded && shd_dot(path, path) > reach * reach && reach > 1e-100;
 }
 
-static bool has_near_light(const shd_plan *plan, size_t index) {
+/* Whether all lights are beyond. `bundles` may be empty, and tell of none. */
+static bool are_all_beyond(const shd_bundles *bundles, const shd_plan_object *object,
+                           double distance) {
+    const shd_rows *rows = &bundles->placed;
+    const shd_vec3 at = object->center;
+    for (size_t k = 0; k < bundles->count;) {
+        const shd_bundle *b = &bundles->list[k];
+        /* Of the box, what is nearest. */
+        const shd_vec3 nearest = shd_vec3_min(shd_vec3_max(at, b->low), b->high);
+        const bool clear = is_beyond(object, nearest, distance);
+        for (size_t i = b->first; !clear && b->count <= SHD_TOGETHER && i < b->first + b->count;
+             i++)
+            if (!is_beyond(object, (shd_vec3){rows->x[i], rows->y[i], rows->z[i]}, distance))
+                return false;
+        k = clear ? b->next : k + 1;
+    }
+    return bundles->list;
+}
+
+static bool has_near_light(const shd_plan *plan, const shd_bundles *bundles, size_t index) {
     const shd_plan_object *object = &plan->objects[index];
+    if (are_all_beyond(bundles, object, NEAR / plan->scale)) return false;
     const shd_place place = shd_place_of(&plan->scene->objects[index], object);
     for (size_t i = 0; i < object->light_count; i++) {
         const shd_plan_light *light = &plan->lights[object->lights[i]];
@@ -61,7 +83,7 @@ double shd_plan_size(const shd_plan *plan, const shd_plan_object *object,
     return fmax(1, plan->scale * shd_length(shd_sub(light->position, plan->origin)));
 }
 
-static bool splits_positions(const shd_plan *plan) {
+static bool splits_positions(const shd_plan *plan, const shd_bundles *bundles) {
     size_t pairs = 0;
     for (size_t j = 0; j < plan->light_count; j++)
         if (plan->lights[j].steep || shd_has_hard_rim(&plan->lights[j])) return true;
@@ -72,13 +94,15 @@ static bool splits_positions(const shd_plan *plan) {
         for (size_t k = 0; object->light_count && k < material->lobe_count; k++)
             if (shd_is_sheer(material->lobes[k].shininess)) return true;
         pairs += object->light_count;
-        if (pairs > MOST_PAIRS || has_near_light(plan, i)) return true;
+        if (pairs > MOST_PAIRS || has_near_light(plan, bundles, i)) return true;
     }
     return false;
 }
 
-void shd_plan_frame(shd_plan *plan) {
+bool shd_plan_frame(shd_plan *plan, shd_bundles *bundles, shd_arena *arena) {
     place_frame(plan);
+    if (plan->light_count > FEW_LIGHTS && !shd_bundles_need(plan, arena, bundles)) return false;
     /* Where a pattern is, is told by all of f64, so that every tier has the same. */
-    plan->split_positions = plan->textured || splits_positions(plan);
+    plan->split_positions = plan->textured || splits_positions(plan, bundles);
+    return true;
 }

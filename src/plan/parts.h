@@ -105,11 +105,16 @@ bool shd_is_behind(const shd_back *back, const shd_plan_light *light);
 bool shd_plan_reach(shd_plan *plan, const shd_plan_light *given, size_t count, uint8_t *drops,
                     shd_arena *arena);
 
-/* Fills `sheets`. False: memory. */
-bool shd_plan_sheets(shd_plan *plan, shd_arena *arena);
+struct shd_bundles;
 
-/* Sets the frame, and whether positions are split in it. */
-void shd_plan_frame(shd_plan *plan);
+/* Sets the frame, and whether positions are split in it. `bundles` are of the plan's lights, and
+ * made if they are needed. False: memory. */
+bool shd_plan_frame(shd_plan *plan, struct shd_bundles *bundles, shd_arena *arena);
+
+/* Fills `sheets`. `from` is a plan that has all of its lights, and sheets, or NULL. False: memory.
+ */
+bool shd_plan_sheets(shd_plan *plan, const shd_plan *from, struct shd_bundles *bundles,
+                     shd_arena *arena);
 
 /* How large coordinates are, in the frame's unit, where the object is nearest to the light: on a
  * plane, as far out as the light. */

@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "plan/bunches.h"
+#include "plan/bundles.h"
 #include "plan/nodes.h"
 #include "plan/parts.h"
 #include "plan/textures.h"
@@ -195,13 +196,15 @@ static bool widens(const shd_scene *scene, const shd_object *object) {
     return shines;
 }
 
-/* Makes the lists of lights and everything that follows from them. */
-static bool arrange_lights(shd_plan *plan, const shd_plan_light *lights, size_t count,
-                           uint8_t *drops, shd_arena *arena) {
+/* Makes the lists of lights and everything that follows from them. `from`: as of shd_plan_sheets.
+ */
+static bool arrange_lights(shd_plan *plan, const shd_plan *from, const shd_plan_light *lights,
+                           size_t count, uint8_t *drops, shd_arena *arena) {
     if (!shd_plan_reach(plan, lights, count, drops, arena)) return false;
     find_greys(plan);
-    shd_plan_frame(plan);
-    return shd_plan_sheets(plan, arena) && shd_plan_term_colors(plan, arena);
+    shd_bundles bundles = {0};
+    return shd_plan_frame(plan, &bundles, arena) && shd_plan_sheets(plan, from, &bundles, arena) &&
+           shd_plan_term_colors(plan, arena);
 }
 
 /* Scenes all of whose objects are flat know nothing of it. */
@@ -356,7 +359,7 @@ bool shd_plan_draft(const shd_scene *scene, shd_isa isa, bool whole, const atomi
     plan->extended = plan->beyond_points || has_models(scene);
     plan->models32 = has_models32(plan, lights, count);
     if (!plan_planes(scene, arena, plan) || !make_materials(plan, &ambient, arena) ||
-        !arrange_lights(plan, lights, count, drops, arena))
+        !arrange_lights(plan, NULL, lights, count, drops, arena))
         return false;
     *out = plan;
     return true;
@@ -377,7 +380,7 @@ bool shd_plan_without(const shd_plan *draft, const bool *out_of_budget, shd_aren
             drops[draft->lights[j].index] = SHD_DROP_BUDGET;
         else
             lights[count++] = draft->lights[j];
-    if (!arrange_lights(plan, lights, count, drops, arena)) return false;
+    if (!arrange_lights(plan, draft, lights, count, drops, arena)) return false;
     *out = plan;
     return true;
 }

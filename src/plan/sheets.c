@@ -1,9 +1,9 @@
 /* Flat faces whose planes lights are in, or so near to that rounding would decide on which side a
  * light is. The side must be the same all over a face. */
 #include <stdlib.h>
+#include <string.h>
 
-#include "plan/morton.h"
-#include "plan/parts.h"
+#include "plan/bundles.h"
 
 /* A light is in a plane if it is nearer than this times |light| + |point| (docs/model.md). */
 static const double IN_PLANE = 16 * 0x1p-52;
@@ -15,8 +15,7 @@ static const double NEAR_PLANE = 1e-5;
 enum {
     MOST_PAIRS = 1 << 22, /* of a mesh's faces and lights that are looked at */
     FEW_TRIANGLES = 64,   /* in meshes with more, only lights in the planes count */
-    MOST_SHEETS = 32,     /* of a light: the nearest ones */
-    TOGETHER = 16         /* lights that lie together, and may all be clear of a plane */
+    MOST_SHEETS = 32      /* of a light: the nearest ones */
 };
 
 typedef struct face {
@@ -26,25 +25,14 @@ typedef struct face {
     bool near;              /* lights near the plane count, too */
 } face;
 
-/* A light that has a place, and where on a curve through all of them that is. */
-typedef struct placed {
-    shd_vec3 at;
-    uint32_t light, key;
-} placed;
-
-/* TOGETHER lights, or what is left of them: a box around them. */
-typedef struct bundle {
-    shd_vec3 middle, half;
-    double away; /* no light is farther from (0,0,0), by the sum of coordinates */
-} bundle;
+/* gcc makes nothing of the kind of a plain loop. */
+typedef double two __attribute__((vector_size(16)));
+typedef int64_t truths __attribute__((vector_size(16)));
 
 typedef struct gathering {
     shd_plan *plan;
-    shd_sheets *sheets;         /* [light_count] */
-    placed *placed;             /* [placed_count]: side by side, for most are looked at no closer */
-    bundle *bundles;            /* of TOGETHER of these each */
-    shd_plan_light const **far; /* [far_count]: directional ones */
-    size_t placed_count, far_count;
+    shd_sheets *sheets; /* [light_count] */
+    shd_bundles *bundles;
     shd_arena *arena;
     bool full; /* or cancelled */
 } gathering;
@@ -72,11 +60,6 @@ static void keep_sheet(gathering *g, size_t light, const shd_sheet *sheet) {
         to->list[farthest] = *sheet;
 }
 
-/* At least the length, without a root. */
-static double length_at_most(shd_vec3 v) {
-    return (fabs(v.x) + fabs(v.y) + fabs(v.z)) * (1 + 1e-9);
-}
-
 static void look_at_light(gathering *g, const face *f, size_t j) {
     const shd_plan_light *light = &g->plan->lights[j];
     if (light->shape || light->environment) return; /* it is in no plane */
@@ -93,88 +76,57 @@ static void look_at_light(gathering *g, const face *f, size_t j) {
     keep_sheet(g, j, &(shd_sheet){f->normal, f->point, within ? 0 : height, f->reach + f->size});
 }
 
-/* ---- Lights that lie together. ---- */
-
-static int compare_places(const void *x, const void *y) {
-    const placed *a = x, *b = y;
-    if (a->key != b->key) return a->key < b->key ? -1 : 1;
-    return a->light < b->light ? -1 : a->light > b->light;
-}
-
-static void sort_places(gathering *g) {
-    shd_vec3 low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
-    for (size_t i = 0; i < g->placed_count; i++) {
-        low = shd_vec3_min(low, g->placed[i].at);
-        high = shd_vec3_max(high, g->placed[i].at);
-    }
-    const shd_vec3 size = shd_sub(high, low);
-    for (size_t i = 0; i < g->placed_count; i++)
-        g->placed[i].key = shd_morton(g->placed[i].at, low, size);
-    qsort(g->placed, g->placed_count, sizeof *g->placed, compare_places);
-}
-
-static bundle bundle_of(const placed *lights, size_t count) {
-    bundle b = {.away = 0};
-    shd_vec3 low = lights->at, high = low;
-    for (size_t i = 0; i < count; i++) {
-        low = shd_vec3_min(low, lights[i].at);
-        high = shd_vec3_max(high, lights[i].at);
-        b.away = shd_larger(b.away, length_at_most(lights[i].at));
-    }
-    b.middle = shd_madd(shd_scale(low, 0.5), high, 0.5);
-    b.half = shd_scale(shd_sub(high, low), 0.5 * (1 + 1e-9));
-    return b;
-}
-
-/* False: memory. */
-static bool bundle_lights(gathering *g) {
-    const shd_plan *plan = g->plan;
-    const size_t count = plan->light_count;
-    g->placed = shd_arena_alloc(g->arena, count, sizeof *g->placed);
-    g->far = shd_arena_alloc(g->arena, count, sizeof *g->far);
-    g->bundles = shd_arena_alloc(g->arena, count / TOGETHER + 1, sizeof *g->bundles);
-    if (!g->placed || !g->far || !g->bundles) return false;
-    for (size_t j = 0; j < count; j++) {
-        if (plan->lights[j].directional)
-            g->far[g->far_count++] = &plan->lights[j];
-        else
-            g->placed[g->placed_count++] =
-                (placed){.at = plan->lights[j].position, .light = (uint32_t)j};
-    }
-    if (g->placed_count > TOGETHER) sort_places(g);
-    for (size_t i = 0, k = 0; i < g->placed_count; i += TOGETHER, k++) {
-        const size_t left = g->placed_count - i;
-        g->bundles[k] = bundle_of(&g->placed[i], left < TOGETHER ? left : TOGETHER);
-    }
-    return true;
-}
-
 /* ---- Faces. ---- */
 
-/* Looks at those lights of a bundle that are not clear of the face's plane by any measure: by a
- * margin that is more than what counts as near, and than rounding. */
-static void look_at_bundle(gathering *g, const face *f, const bundle *b, const placed *lights,
-                           size_t count) {
-    const double height = fabs(shd_dot(f->normal, shd_sub(b->middle, f->point))),
-                 aside = fabs(f->normal.x) * b->half.x + fabs(f->normal.y) * b->half.y +
-                         fabs(f->normal.z) * b->half.z,
-                 reach = b->away + length_at_most(f->point) + f->size + f->reach,
-                 margin = (f->near ? 2 * NEAR_PLANE : 1e-12) * reach;
-    if (height > aside + margin) return;
-    for (size_t i = 0; i < count; i++)
-        if (!(fabs(shd_dot(f->normal, shd_sub(lights[i].at, f->point))) > margin))
-            look_at_light(g, f, lights[i].light);
+/* Of SHD_TOGETHER rows: how far they are from where the face's normal comes to `offset`. Returns
+ * whether any is within the margin. */
+static bool find_heights(const face *f, const shd_rows *r, size_t first, double offset,
+                         double margin, double heights[SHD_TOGETHER]) {
+    truths any = {0, 0};
+    for (size_t k = 0; k < SHD_TOGETHER; k += 2) {
+        two x, y, z;
+        memcpy(&x, &r->x[first + k], sizeof x);
+        memcpy(&y, &r->y[first + k], sizeof y);
+        memcpy(&z, &r->z[first + k], sizeof z);
+        const two height = f->normal.x * x + f->normal.y * y + f->normal.z * z - offset;
+        any |= (truths)(height <= margin) & (truths)(height >= -margin);
+        memcpy(&heights[k], &height, sizeof height);
+    }
+    return any[0] | any[1];
 }
 
+/* Looks at those of some rows, SHD_TOGETHER at most, that are within the margin. */
+static void look_at_rows(gathering *g, const face *f, const shd_rows *r, size_t first, size_t count,
+                         double offset, double margin) {
+    double heights[SHD_TOGETHER];
+    if (!find_heights(f, r, first, offset, margin, heights)) return;
+    for (size_t k = 0; k < count; k++)
+        if (fabs(heights[k]) <= margin) look_at_light(g, f, r->lights[first + k]);
+}
+
+/* Looks at lights that are not clear of the face's plane by any measure: by a margin that is more
+ * than what counts as near, and than rounding. */
 static void look_at_face(gathering *g, const face *f) {
-    if (!g->bundles && !bundle_lights(g)) g->full = true;
-    for (size_t first = 0, k = 0; first < g->placed_count && !g->full; first += TOGETHER, k++) {
-        const size_t left = g->placed_count - first, some = left < TOGETHER ? left : TOGETHER;
-        look_at_bundle(g, f, &g->bundles[k], &g->placed[first], some);
+    const shd_bundles *all = g->bundles;
+    g->full = g->full || !shd_bundles_need(g->plan, g->arena, g->bundles);
+    const double offset = shd_dot(f->normal, f->point),
+                 reach = shd_length_at_most(f->point) + f->size + f->reach,
+                 part = f->near ? 2 * NEAR_PLANE : 1e-12;
+    for (size_t k = 0; k < all->count && !g->full;) {
+        const shd_bundle *b = &all->list[k];
+        const double height = fabs(shd_dot(f->normal, b->middle) - offset),
+                     aside = fabs(f->normal.x) * b->half.x + fabs(f->normal.y) * b->half.y +
+                             fabs(f->normal.z) * b->half.z,
+                     margin = part * (b->away + reach);
+        const bool clear = height > aside + margin;
+        if (!clear && b->count <= SHD_TOGETHER)
+            look_at_rows(g, f, &all->placed, b->first, b->count, offset, margin);
+        k = clear ? b->next : k + 1;
     }
-    for (size_t i = 0; i < g->far_count && !g->full; i++)
-        if (!(fabs(shd_dot(f->normal, g->far[i]->toward)) > NEAR_PLANE))
-            look_at_light(g, f, (size_t)(g->far[i] - g->plan->lights));
+    for (size_t i = 0; i < all->far.count && !g->full; i += SHD_TOGETHER) {
+        const size_t left = all->far.count - i, some = left < SHD_TOGETHER ? left : SHD_TOGETHER;
+        look_at_rows(g, f, &all->far, i, some, 0, 2 * NEAR_PLANE);
+    }
 }
 
 /* Looks at the face of the shape's unit form with this normal and point. */
@@ -206,11 +158,15 @@ static void look_at_shape(gathering *g, const shd_object *object, const shd_plan
         look_at_unit_face(g, bounds, &map, &normal_map, axes[0], (shd_vec3){0, 0, 0});
 }
 
+static bool looks_at_mesh(const shd_plan *plan, const shd_mesh *mesh) {
+    return mesh->triangle_count <= MOST_PAIRS / (plan->light_count + 1);
+}
+
 /* Looks at triangles with normals of their own. */
 static void look_at_mesh(gathering *g, const shd_object *object) {
     const shd_mesh *mesh = object->mesh;
     if (mesh->normals && object->interpolation != SHD_FLAT) return;
-    if (mesh->triangle_count > MOST_PAIRS / (g->plan->light_count + 1)) return;
+    if (!looks_at_mesh(g->plan, mesh)) return;
     const shd_affine normal_map = shd_normal_map(&object->transform);
     for (size_t t = 0; t < mesh->triangle_count && !g->full; t++) {
         g->full = shd_is_cancelled_at(g->plan->cancelled, t);
@@ -232,14 +188,30 @@ static void look_at_mesh(gathering *g, const shd_object *object) {
     }
 }
 
-bool shd_plan_sheets(shd_plan *plan, shd_arena *arena) {
+/* Whether `from` has all sheets that lights of the plan would get: it has them, and more of them,
+ * and looked at each mesh that would be looked at. */
+static bool has_sheets(const shd_plan *from, const shd_plan *plan) {
+    for (size_t i = 0; from && i < plan->scene->object_count; i++) {
+        const shd_mesh *mesh = plan->scene->objects[i].mesh;
+        if (mesh && looks_at_mesh(plan, mesh) && !looks_at_mesh(from, mesh)) return false;
+    }
+    return from;
+}
+
+bool shd_plan_sheets(shd_plan *plan, const shd_plan *from, shd_bundles *bundles, shd_arena *arena) {
     const shd_scene *scene = plan->scene;
     gathering g = {.plan = plan,
                    .sheets = shd_arena_zalloc(arena, plan->light_count, sizeof *g.sheets),
+                   .bundles = bundles,
                    .arena = arena};
     if (!g.sheets) return false;
+    const bool known = has_sheets(from, plan);
+    for (size_t j = 0, k = 0; known && j < plan->light_count; j++) {
+        while (from->lights[k].index != plan->lights[j].index) k++;
+        g.sheets[j] = from->sheets[k];
+    }
     /* All objects are looked at, whatever lights their lists have, so that lists change no bit. */
-    for (size_t i = 0; i < scene->object_count && !g.full; i++) {
+    for (size_t i = 0; !known && i < scene->object_count && !g.full; i++) {
         g.full = shd_is_cancelled(plan->cancelled);
         const shd_object *object = &scene->objects[i];
         if (object->shape == SHD_MESH)

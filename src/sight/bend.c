@@ -364,6 +364,26 @@ bool shd_sight_bend_part(const shd_sight *sight, const shd_survey *survey, size_
     return bend_first(sight, survey, block, bend_part, out, rays);
 }
 
+/* Its rays are (side - 1) / 2 sqrt(2) pixels and more from the middle, and one pixel moves them by
+ * no less than where the ball is nearest: that alone is more than LOW c. */
+static bool is_small_ball(const shd_sight *sight, uint32_t object) {
+    const shd_lens *lens = &sight->lens;
+    const shd_item *it = &sight->items[object];
+    const double depth =
+        lens->camera->projection == SHD_ORTHOGRAPHIC ? 1 : sight->seen[object].nearest;
+    const double aside =
+        (SHD_BLOCK_SIDE - 1) * 0.5 * ROOT2 * fmin(lens->step_x, lens->step_y) * depth;
+    return it->ball && aside > SHD_SKETCH_LOW * it->size * (1 + SLACK);
+}
+
+bool shd_sight_has_small_balls(const shd_sight *sight, const shd_survey *survey, size_t block) {
+    const shd_block *at = &survey->blocks[block];
+    if (at->next < survey->candidate_count) return false;
+    for (uint32_t i = 0; i < at->count; i++)
+        if (!is_small_ball(sight, survey->candidates[at->first + i])) return false;
+    return true;
+}
+
 bool shd_sight_misses(const shd_sight *sight, const shd_survey *survey, size_t block) {
     const shd_block *at = &survey->blocks[block];
     if (at->count != 1 || at->next < survey->candidate_count) return false;

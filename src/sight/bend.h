@@ -16,6 +16,9 @@ bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t blo
 bool shd_sight_bend_part(const shd_sight *sight, const shd_survey *survey, size_t block,
                          shd_bend *out, shd_block_rays *rays);
 
+/* Whether nothing can be seen through the block but balls too small for sketches (plan/bend.h). */
+bool shd_sight_has_small_balls(const shd_sight *sight, const shd_survey *survey, size_t block);
+
 /* Whether the block's rays all miss the ellipsoid that alone may be seen through it: surveys know
  * the ball around it. */
 bool shd_sight_misses(const shd_sight *sight, const shd_survey *survey, size_t block);

@@ -13,6 +13,7 @@
 
 #include "bound/light/clusters.h"
 #include "bound/shown/shown.h"
+#include "render/planning.h"
 #include "render/request.h"
 #include "render/show/shown.h"
 
@@ -251,7 +252,70 @@ static void planes_of_faces_are_found_among_many_lights_as_for_one(void **state)
         planes += found->count;
     }
     assert_true(planes > 2 * MANY);
+    bool drops[MANY];
+    const shd_plan *fewer;
+    for (size_t j = 0; j < MANY; j++) drops[j] = j % 3 == 1;
+    assert_true(shd_plan_without(plan, drops, arena, &fewer));
+    assert_int_equal(fewer->light_count, MANY - MANY / 3);
+    for (size_t j = 0; j < fewer->light_count; j++) {
+        const shd_sheets *wanted = &plan->sheets[fewer->lights[j].index];
+        assert_int_equal(fewer->sheets[j].count, wanted->count);
+        for (size_t k = 0; k < wanted->count; k++)
+            assert_memory_equal(&fewer->sheets[j].list[k], &wanted->list[k], sizeof *wanted->list);
+    }
     shd_request_drop(request);
+}
+
+/* Lamps and as many spheres, of four colors, all over each other's place. */
+static shd_request *read_crowd(shd_engine *engine, int count, double budget) {
+    uint64_t random = 15;
+    char *json = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&json, &size);
+    fprintf(out,
+            "{\"image\": {\"width\": 64, \"height\": 64, \"samples\": 1}, \"accuracy\": "
+            "{\"maxError\": %g}, \"ambient\": 0.1, \"lights\": [",
+            budget);
+    for (int i = 0; i < count; i++)
+        fprintf(out,
+                "%s{\"type\": \"point\", \"attenuation\": [0, 0, 1], \"intensity\": %g, "
+                "\"position\": [%g, %g, %g]}",
+                i ? ", " : "", 10.0 / count, uniform(&random, -12, 12), uniform(&random, -5, 5),
+                uniform(&random, -12, 12));
+    fprintf(out, "], \"objects\": [");
+    for (int i = 0; i < count; i++)
+        fprintf(
+            out,
+            "%s{\"type\": \"sphere\", \"radius\": 0.02, \"material\": {\"diffuse\": [0.%d, 0.3, "
+            "0.2], \"specular\": 0.2, \"shininess\": 20}, \"transform\": {\"translate\": [%g, "
+            "%g, %g]}}",
+            i ? ", " : "", 2 * (i % 4) + 1, uniform(&random, -3, 3), uniform(&random, -3, 3),
+            uniform(&random, -3, 3));
+    fprintf(out, "]}");
+    fclose(out);
+    shd_request *request;
+    assert_int_equal(shd_request_new(engine, &request, NULL), SHD_OK);
+    if (shd_request_read(request, json, size, SHD_PNG))
+        fail_msg("%s", shd_request_report(request)->errors[0].detail);
+    free(json);
+    return request;
+}
+
+static void budgets_hold_for_many_lights_and_objects(void **state) {
+    size_t fewer = 0;
+    for (int count = 520; count < 700; count += 45)
+        for (double budget = 1; budget < 10; budget += 1.5) {
+            shd_request *request = read_crowd(*state, count, budget);
+            shd_error error;
+            assert_int_equal(shd_rendering_plan(&request->rendering, request->scene, &error),
+                             SHD_OK);
+            const shd_plan *plan = request->rendering.plan;
+            if (!(plan->bound.delta_e <= budget))
+                fail_msg("%d lights: %g, and %g asked for", count, plan->bound.delta_e, budget);
+            fewer += plan->light_count < request->scene->light_count;
+            shd_request_drop(request);
+        }
+    assert_true(fewer > 0);
 }
 
 static int start(void **state) {
@@ -273,6 +337,7 @@ int main(void) {
         cmocka_unit_test(bounds_by_clusters_are_no_less_than_those_by_pairs),
         cmocka_unit_test(every_light_is_in_a_cut_once_and_no_nearer_than_it_says),
         cmocka_unit_test(planes_of_faces_are_found_among_many_lights_as_for_one),
+        cmocka_unit_test(budgets_hold_for_many_lights_and_objects),
     };
     return cmocka_run_group_tests(tests, start, stop);
 }

@@ -21,7 +21,12 @@
 #include "plan/plan.h"
 
 /* The way on which a light's weights are computed. Spots go the way of attenuated lights. */
-typedef enum shd_path { SHD_PATH_DIRECTIONAL, SHD_PATH_POINT, SHD_PATH_ATTENUATED } shd_path;
+typedef enum shd_path {
+    SHD_PATH_DIRECTIONAL,
+    SHD_PATH_POINT,
+    SHD_PATH_ATTENUATED,
+    SHD_PATHS
+} shd_path;
 
 typedef struct shd_path_error {
     double facing;    /* of N.L */

@@ -130,6 +130,7 @@ static bool find_object(shd_finding *f, size_t index, bool same_group, bool few,
     f->place = shd_place_of(&plan->scene->objects[index], object);
     f->place.known = f->place.known && few;
     f->misplaced = shd_misplaced_of(plan->scene, &f->place);
+    shd_set_path_errors(f);
     for (size_t k = 0; k < object->light_count && !shd_is_clustered(f, object); k++)
         f->sources[k] = shd_source_of(f, object->lights[k]);
     return true;
@@ -242,6 +243,10 @@ static double count_pairs(const shd_plan *plan) {
     return pairs;
 }
 
+bool shd_is_crowded(const shd_plan *plan) {
+    return count_pairs(plan) > SHD_PLAN_PAIRS;
+}
+
 /* How finely objects are looked at. About half of a solid's pieces may be seen. */
 static int fineness_of(double pairs) {
     int fineness = 3;
@@ -313,7 +318,7 @@ bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_
                      .pieces = shd_arena_alloc(arena, SHD_MOST_PIECES, sizeof(shd_piece)),
                      .fineness = fineness_of(pairs),
                      .nodes = shd_plan_rules(plan, tier) > 0,
-                     .crowded = pairs > SHD_PLAN_PAIRS};
+                     .crowded = shd_is_crowded(plan)};
     if (!f.sources || !f.beside || !f.lobes || !f.pieces ||
         !shd_terms_new(plan, f.crowded, arena, &f.hues, &f.terms))
         return false;

@@ -80,6 +80,9 @@ typedef struct shd_influences {
     double **rows; /* [count][light_count] */
 } shd_influences;
 
+/* Whether pairs of objects and lights are so many that lights are looked at in clusters. */
+bool shd_is_crowded(const shd_plan *plan);
+
 /* Finds the errors of all that is seen if nothing is left out. `influences` may be NULL. False:
  * memory, or cancelled. */
 bool shd_excess_find(const shd_plan *plan, shd_tier tier, shd_arena *arena, shd_excess_list *out,

@@ -35,6 +35,7 @@ typedef struct shd_finding {
     shd_place place;
     shd_source *sources; /* [light_count]; not of an object whose lights are in clusters */
     shd_misplaced misplaced;
+    const shd_path_error *paths[SHD_PATHS];
     shd_lobe_error *lobes; /* [max_lobes] */
     shd_piece *pieces;     /* [SHD_MOST_PIECES] */
     /* Of its piece in question: */
@@ -46,6 +47,9 @@ typedef struct shd_finding {
 static inline bool shd_is_clustered(const shd_finding *f, const shd_plan_object *object) {
     return f->crowded && object->bounded && object->light_count == f->plan->light_count;
 }
+
+/* Sets the errors of all paths to the object that is at f->place. */
+void shd_set_path_errors(shd_finding *f);
 
 /* A light as it comes to an object that is at f->place. */
 shd_source shd_source_of(const shd_finding *f, uint32_t index);

@@ -22,10 +22,12 @@ static bool is_ellipsoid(const shd_object *object) {
     return object->shape == SHD_SPHERE && !shd_is_similar(&to_world, axes);
 }
 
-static const shd_path_error *error_of(const shd_finding *f, const shd_plan_light *light) {
-    return f->plan->sketched
-               ? shd_sketch_error_of(is_ellipsoid(f->place.object), path_of(light))
-               : shd_path_error_of(shd_rounding_of(f->tier, f->plan->isa), path_of(light));
+void shd_set_path_errors(shd_finding *f) {
+    const shd_rounding rounding = shd_rounding_of(f->tier, f->plan->isa);
+    const bool sketched = f->plan->sketched, ellipsoid = sketched && is_ellipsoid(f->place.object);
+    for (int p = 0; p < SHD_PATHS; p++)
+        f->paths[p] = sketched ? shd_sketch_error_of(ellipsoid, (shd_path)p)
+                               : shd_path_error_of(rounding, (shd_path)p);
 }
 
 /* `from_origin`: how far the light is away from the frame's. */
@@ -67,7 +69,7 @@ shd_source shd_source_of(const shd_finding *f, uint32_t index) {
     const shd_plan *plan = f->plan;
     const shd_plan_light *light = &plan->lights[index];
     shd_source s = {.light = light,
-                    .error = error_of(f, light),
+                    .error = f->paths[path_of(light)],
                     .term = f->terms.first[f->hues.of_light[index]],
                     .strength = f->hues.strength[index]};
     if (light->directional) return s;
@@ -178,7 +180,7 @@ static void add_cluster(shd_finding *f, const shd_plan_object *object, shd_clust
     const shd_plan_light as = {.directional = cluster->directional,
                                .attenuated = cluster->attenuated};
     shd_source from = {.light = &as,
-                       .error = error_of(f, &as),
+                       .error = f->paths[path_of(&as)],
                        .term = f->terms.first[cluster->hue],
                        .strength = cluster->strength};
     if (!from.term) return;

@@ -147,6 +147,7 @@ static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scra
     const bool one = plan->scene->raster.samples == 1;
     shd_bend bend;
     shd_block_rays rays;
+    if (one && shd_sight_has_small_balls(scenery->sight, &s->survey, block)) return LOOK_AT_ALL;
     if (!shd_sight_bend(scenery->sight, &s->survey, block, &bend, &rays))
         return shd_sight_misses(scenery->sight, &s->survey, block) ? LOOK_DONE
                : one && plan->sketched                             ? sketch_part(scenery, block, s)
