@@ -3,7 +3,7 @@
 
 enum {
     MOST_PAIRS = 1 << 22, /* of objects and lights; with more, positions are split in any case */
-    FEW_LIGHTS = 64       /* that are looked at one by one */
+    FEW_OBJECTS = 32      /* whose lights are looked at one by one: bundles cost as much as these */
 };
 
 /* If a light is nearer than this, in the frame's unit, its direction shows f32's rounding of
@@ -83,8 +83,13 @@ double shd_plan_size(const shd_plan *plan, const shd_plan_object *object,
     return fmax(1, plan->scale * shd_length(shd_sub(light->position, plan->origin)));
 }
 
-static bool splits_positions(const shd_plan *plan, const shd_bundles *bundles) {
+static size_t count_pairs(const shd_plan *plan) {
     size_t pairs = 0;
+    for (size_t i = 0; i < plan->scene->object_count; i++) pairs += plan->objects[i].light_count;
+    return pairs;
+}
+
+static bool splits_positions(const shd_plan *plan, const shd_bundles *bundles) {
     for (size_t j = 0; j < plan->light_count; j++)
         if (plan->lights[j].steep || shd_has_hard_rim(&plan->lights[j])) return true;
     for (size_t i = 0; i < plan->scene->object_count; i++) {
@@ -93,16 +98,19 @@ static bool splits_positions(const shd_plan *plan, const shd_bundles *bundles) {
         const shd_plan_material *material = &plan->materials[object->material];
         for (size_t k = 0; object->light_count && k < material->lobe_count; k++)
             if (shd_is_sheer(material->lobes[k].shininess)) return true;
-        pairs += object->light_count;
-        if (pairs > MOST_PAIRS || has_near_light(plan, bundles, i)) return true;
+        if (has_near_light(plan, bundles, i)) return true;
     }
     return false;
 }
 
 bool shd_plan_frame(shd_plan *plan, shd_bundles *bundles, shd_arena *arena) {
     place_frame(plan);
-    if (plan->light_count > FEW_LIGHTS && !shd_bundles_need(plan, arena, bundles)) return false;
+    const size_t pairs = count_pairs(plan);
     /* Where a pattern is, is told by all of f64, so that every tier has the same. */
-    plan->split_positions = plan->textured || splits_positions(plan, bundles);
+    plan->split_positions = plan->textured || pairs > MOST_PAIRS;
+    if (plan->split_positions) return true;
+    if (pairs > FEW_OBJECTS * plan->light_count && !shd_bundles_need(plan, arena, bundles))
+        return false;
+    plan->split_positions = splits_positions(plan, bundles);
     return true;
 }

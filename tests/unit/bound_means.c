@@ -12,103 +12,7 @@
 
 #include "bound/light/means.h"
 #include "bound/light/rules.h"
-#include "bound/light/sets.h"
-#include "sight/bend.h"
-#include "sight/item.h"
-
-static double uniform(uint64_t *random, double low, double high) {
-    *random = *random * 6364136223846793005u + 1442695040888963407u;
-    return low + (high - low) * ((double)(*random >> 11) * 0x1p-53);
-}
-
-static double decades(uint64_t *random, double low, double high) {
-    return low * pow(high / low, uniform(random, 0, 1));
-}
-
-static shd_vec3 any_direction(uint64_t *random) {
-    shd_vec3 v;
-    do {
-        v = (shd_vec3){uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
-    } while (!(shd_dot(v, v) < 1 && shd_dot(v, v) > 1e-3));
-    return shd_scale(v, 1 / shd_length(v));
-}
-
-enum { MOST_LIGHTS = 3, MOST_LOBES = 2 };
-
-/* One object before a camera, and a plan of no more than what the bound reads. */
-typedef struct stage {
-    shd_camera camera;
-    shd_item item;
-    shd_seen_object seen;
-    shd_sight sight;
-    shd_block block;
-    uint32_t candidate;
-    shd_survey survey;
-    shd_plan_light lights[MOST_LIGHTS];
-    uint32_t list[MOST_LIGHTS];
-    shd_plan_lobe lobes[MOST_LOBES];
-    shd_plan_material material;
-    shd_plan_object object;
-    shd_plan_group group;
-    shd_plan plan;
-    shd_vec3 center, up; /* of the ball; of the plane, a point and the normal */
-    double radius;
-    int samples;
-} stage;
-
-static void set_camera(stage *s, uint64_t *random) {
-    enum { WIDTH = 64, HEIGHT = 48 };
-    shd_camera *c = &s->camera;
-    const double size = s->item.ball ? s->radius : 1,
-                 away = size * (1 + decades(random, 1e-3, uniform(random, 0, 1) < 0.1 ? 1e3 : 10));
-    const shd_vec3 from = any_direction(random), side = any_direction(random);
-    c->position = shd_madd(s->center, from, away);
-    shd_vec3 aim = shd_madd(s->center, any_direction(random), 0.9 * size);
-    shd_normalize(shd_sub(c->position, aim), &c->back);
-    shd_normalize(shd_cross(side, c->back), &c->right);
-    c->up = shd_cross(c->back, c->right);
-    c->projection = uniform(random, 0, 1) < 0.3 ? SHD_ORTHOGRAPHIC : SHD_PERSPECTIVE;
-    /* From a pixel of a thousandth of what is seen to one of a tenth. */
-    const double span = size / decades(random, 10, 1000),
-                 step = c->projection == SHD_ORTHOGRAPHIC ? span
-                                                          : fmin(span / (away - 0.9 * size), 0.05);
-    s->sight.lens = (shd_lens){.camera = c,
-                               .width = WIDTH,
-                               .height = HEIGHT,
-                               .middle_x = WIDTH / 2,
-                               .middle_y = HEIGHT / 2,
-                               .step_x = step,
-                               .step_y = step};
-    s->survey = (shd_survey){.across = 4,
-                             .down = 4,
-                             .rect = {uniform(random, 0, 1) < 0.5 ? 32 : 0,
-                                      uniform(random, 0, 1) < 0.5 ? 32 : 0, 32, 32},
-                             .blocks = &s->block,
-                             .candidates = &s->candidate,
-                             .candidate_count = 1};
-    s->block = (shd_block){0, 1, 1};
-    /* The block of index 0 is anywhere. */
-    s->survey.rect.x += (int)uniform(random, -8, 24);
-    s->survey.rect.y += (int)uniform(random, -8, 16);
-}
-
-static void set_object(stage *s, uint64_t *random) {
-    const bool ball = uniform(random, 0, 1) < 0.7;
-    s->radius = decades(random, 1e-3, 1e3);
-    s->center = shd_scale(any_direction(random), uniform(random, 0, 5) * s->radius);
-    s->up = any_direction(random);
-    s->seen = (shd_seen_object){.is_ball = ball};
-    s->item = (shd_item){.shape = ball ? SHD_SPHERE : SHD_PLANE,
-                         .ball = ball ? &s->seen.ball : NULL,
-                         .size = s->radius};
-    s->item.to_world.origin = s->center;
-    for (int r = 0; r < 3; r++) s->item.normal_map.linear[r][1] = ((double *)&s->up)[r] * 3;
-    set_camera(s, random);
-    s->item.eye = shd_scale(shd_sub(s->camera.position, s->center), 1 / s->radius);
-    s->sight.items = &s->item;
-    s->sight.seen = &s->seen;
-    s->sight.count = 1;
-}
+#include "stage.h"
 
 static void set_light(stage *s, shd_plan_light *l, const shd_bend *bend, uint64_t *random) {
     const int kind = (int)uniform(random, 0, 3);
@@ -179,37 +83,8 @@ static void set_plan(stage *s, const shd_bend *bend, uint64_t *random) {
 
 /* ---- The model, at a point of the picture. ---- */
 
-static bool hit_at(const stage *s, double x, double y, shd_vec3 *point, shd_vec3 *normal,
-                   shd_vec3 *view) {
-    const shd_lens *lens = &s->sight.lens;
-    const shd_camera *c = &s->camera;
-    const shd_vec3 aside = shd_madd(shd_scale(c->right, (x - lens->middle_x) * lens->step_x), c->up,
-                                    (lens->middle_y - y) * lens->step_y);
-    shd_vec3 from = c->position, way = shd_scale(c->back, -1);
-    if (c->projection == SHD_ORTHOGRAPHIC)
-        from = shd_add(from, aside);
-    else
-        shd_normalize(shd_add(way, aside), &way);
-    const shd_vec3 o = shd_sub(from, s->center);
-    double t;
-    if (s->item.ball) {
-        const double along = shd_dot(o, way);
-        const shd_vec3 foot = shd_madd(o, way, -along);
-        const double inside = s->radius * s->radius - shd_dot(foot, foot);
-        if (!(inside > 0)) return false;
-        t = -along - sqrt(inside);
-        *normal = shd_scale(shd_madd(foot, way, -sqrt(inside)), 1 / s->radius);
-    } else {
-        t = -shd_dot(o, s->up) / shd_dot(way, s->up);
-        *normal = shd_dot(way, s->up) > 0 ? shd_scale(s->up, -1) : s->up;
-    }
-    *point = shd_madd(from, way, t);
-    *view = shd_scale(way, -1);
-    return t > 0 && isfinite(t);
-}
-
 static void light_at(const stage *s, double x, double y, double out[3]) {
-    shd_vec3 p, n, v;
+    shd_vec3 p = {0, 0, 0}, n = p, v = p;
     assert_true(hit_at(s, x, y, &p, &n, &v));
     for (int c = 0; c < 3; c++) out[c] = s->material.constant[c];
     for (size_t j = 0; j < s->group.light_count; j++) {
@@ -276,7 +151,7 @@ static double least_told(const stage *s, const shd_bend *bend, const shd_pattern
 static void check_bend(const stage *s, const shd_bend *bend, uint64_t seed) {
     const shd_tile *rect = &s->survey.rect;
     for (int k = 0; k < 4; k++) {
-        shd_vec3 p, n, v;
+        shd_vec3 p = {0, 0, 0}, n = p, v = p;
         const double x = rect->x + (k & 1 ? 8 : 0), y = rect->y + (k & 2 ? 8 : 0);
         assert_true(hit_at(s, x, y, &p, &n, &v));
         const double off[3] = {shd_length(shd_sub(p, bend->point)),
@@ -407,70 +282,6 @@ static void nodes_are_no_farther_off_than_told(void **state) {
     assert_true(close > known / 30 && parted[0] + parted[1] > 10 && parted[3] > 3);
 }
 
-/* A light that sets in the block's middle, or near to it. */
-static void set_setting_light(const stage *s, shd_plan_light *l, const shd_analytic *a,
-                              uint64_t *random) {
-    const double away = s->radius * decades(random, 0.01, 20);
-    shd_vec3 toward = any_direction(random);
-    toward = shd_madd(toward, a->normal,
-                      -shd_dot(toward, a->normal) +
-                          decades(random, 1e-6, 0.1) * (uniform(random, 0, 1) < 0.5 ? -1 : 1));
-    shd_normalize(toward, &toward);
-    *l = (shd_plan_light){.directional = uniform(random, 0, 1) < 0.3, .gain = 1};
-    l->toward = toward;
-    l->position = shd_madd(a->point, toward, away);
-}
-
-/* N.L, at a place of the picture. Not a number: nothing is there. */
-static double facing_at(const stage *s, const shd_plan_light *l, double x, double y) {
-    shd_vec3 p, n, v, way = l->toward;
-    if (!hit_at(s, x, y, &p, &n, &v)) return NAN;
-    if (!l->directional) shd_normalize(shd_sub(l->position, p), &way);
-    return shd_dot(n, way);
-}
-
-/* No pixel that is told to be on one side of where a light sets has a place on the other one. */
-static void settings_are_where_they_are_told(void **state) {
-    (void)state;
-    size_t known = 0, off = 0, apart = 0, parted = 0;
-    for (uint64_t seed = 1; known < 1500; seed++) {
-        uint64_t random = seed * 4001 + 5;
-        stage s = {.samples = 4};
-        set_object(&s, &random);
-        if (!s.item.ball) continue;
-        const int part = (int)(seed % 2 ? SHD_WHOLE : seed / 2 % SHD_QUARTERS);
-        shd_analytic a;
-        shd_setting set;
-        shd_plan_light light;
-        if (!shd_sight_expand(&s.sight, &s.survey, 0, part, &a)) continue;
-        set_setting_light(&s, &light, &a, &random);
-        if (!shd_find_setting(&a, &light, &set)) continue;
-        known++;
-        const double reach = seed % 3 ? seed % 3 : 0.5;
-        const uint64_t told = shd_off_setting(&set, reach);
-        const double left = s.survey.rect.x + (part & 1) * a.side + 0.5,
-                     top = s.survey.rect.y + (part >> 1 & 1) * a.side + 0.5;
-        int some = 0;
-        for (int k = 0; k < a.side * a.side; k++) {
-            const double x = left + k % a.side, y = top + k / a.side,
-                         middle = facing_at(&s, &light, x, y);
-            bool one = true;
-            for (int i = 0; i < 25; i++)
-                one &= facing_at(&s, &light, x + (i % 5 - 2) * reach / 2,
-                                 y + (i / 5 - 2) * reach / 2) *
-                           middle >
-                       0;
-            apart += one;
-            off += told >> k & 1;
-            some += told >> k & 1;
-            if (told >> k & 1 && !one) fail_msg("seed %llu: pixel %d", (unsigned long long)seed, k);
-        }
-        parted += some > 0 && some < a.side * a.side;
-    }
-    print_message("%zu of %zu pixels are told, some of %zu blocks\n", off, apart, parted);
-    assert_true(off > apart / 2 && parted > known / 10);
-}
-
 /* Rules have the pattern's moments, and are made of nodes in the pixel that all weigh something. */
 static void rules_are_of_their_pattern(void **state) {
     (void)state;
@@ -524,7 +335,6 @@ int main(void) {
         cmocka_unit_test(centers_are_no_farther_off_than_told),
         cmocka_unit_test(patterns_have_their_spread),
         cmocka_unit_test(nodes_are_no_farther_off_than_told),
-        cmocka_unit_test(settings_are_where_they_are_told),
         cmocka_unit_test(rules_are_of_their_pattern),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -9,48 +9,7 @@
 
 #include <cmocka.h>
 
-#include "shade/far.h"
-
-/* Of potentials. */
-enum { DEGREES = 3 };
-static const int degrees[DEGREES] = {3, 4, 6};
-
-static double uniform(uint64_t *random, double low, double high) {
-    *random = *random * 6364136223846793005u + 1442695040888963407u;
-    return low + (high - low) * ((double)(*random >> 11) * 0x1p-53);
-}
-
-static shd_vec3 any_direction(uint64_t *random) {
-    shd_vec3 v;
-    do v = (shd_vec3){uniform(random, -1, 1), uniform(random, -1, 1), uniform(random, -1, 1)};
-    while (!(shd_dot(v, v) < 1 && shd_normalize(v, &v)));
-    return v;
-}
-
-static shd_plan_light any_light(uint64_t *random, int kind, double distance) {
-    shd_plan_light light = {.color = {1, 1, 1}, .gain = 1};
-    const shd_vec3 toward = any_direction(random);
-    light.position = shd_scale(toward, distance);
-    light.toward = toward;
-    light.directional = kind == 0;
-    light.attenuated = kind > 1;
-    light.a = kind == 1 || kind >= 4 ? 1 : 0;
-    light.b = kind == 2 ? 1 : kind >= 4 ? uniform(random, 0, 1) : 0;
-    light.c = kind == 3 ? 1 : kind >= 4 ? uniform(random, 0, 1) : 0;
-    if (kind == 5) light.a = uniform(random, 0, 0.1);
-    light.gain = uniform(random, 0.5, 2);
-    return light;
-}
-
-/* E of the model. */
-static shd_vec3 field_of(const shd_plan_light *light, shd_vec3 at) {
-    if (light->directional) return light->toward;
-    const shd_vec3 path = shd_sub(light->position, at);
-    const double d = shd_length(path);
-    return shd_scale(path, shd_attenuation(light, d) / d);
-}
-
-enum { KINDS = 6, POINTS = 13 };
+#include "far_support.h"
 
 /* Fills rows with points within `radius` of the origin, some of them on its sphere. */
 static void make_points(uint64_t *random, const shd_plan *plan, double radius, shd_vec3 toward,
@@ -136,123 +95,6 @@ static void lights_add_up_by_their_colors(void **state) {
         }
 }
 
-enum { CROWD = 90 };
-
-/* Lamps in a ball of radius 1 about `middle`, all of which fall off alike. */
-static void make_crowd(uint64_t *random, int kind, shd_vec3 middle, shd_plan_light *lights) {
-    const shd_plan_light as = any_light(random, kind, 1);
-    for (size_t j = 0; j < CROWD; j++) {
-        lights[j] = as;
-        lights[j].gain = uniform(random, 0.5, 2);
-        lights[j].position =
-            shd_madd(middle, any_direction(random), pow(uniform(random, 0, 1), 1.0 / 3));
-        for (int c = 0; c < 3; c++) lights[j].color[c] = uniform(random, 0, 1);
-    }
-}
-
-/* Adds a bunch by all kernels, which have the same bits. */
-static void add_bunch(const shd_bunches *bunches, uint32_t index, shd_far *to) {
-    const shd_far before = *to;
-    for (int isa = 0; isa < SHD_ISA_COUNT; isa++) {
-        shd_isa same;
-        if (!shd_isa_find(shd_isa_name((shd_isa)isa), &same)) continue;
-        shd_far sum = before;
-        shd_far_kernel_of((shd_isa)isa)->add_bunches(bunches, &index, 1, &sum);
-        if (isa == SHD_PORTABLE) *to = sum;
-        assert_int_equal(sum.lights, to->lights);
-        for (int c = 0; c < sum.channels; c++)
-            assert_memory_equal(sum.terms[c], to->terms[c], sizeof sum.terms[c]);
-    }
-}
-
-/* Moments that parts' are made of are those of all lights, in every tree. */
-static void moments_are_sums_over_lights(void **state) {
-    (void)state;
-    uint64_t random = 23;
-    for (int round = 0; round < 6; round++) {
-        shd_arena *arena = shd_arena_new(1 << 20);
-        shd_plan_light lights[CROWD];
-        make_crowd(&random, 3, (shd_vec3){round, -20, 5}, lights);
-        const bool grey = round % 2;
-        for (int j = 0; j < CROWD; j++)
-            if (grey) lights[j].color[1] = lights[j].color[2] = lights[j].color[0];
-        const shd_plan plan = {
-            .lights = lights, .light_count = CROWD, .scale = 1, .grey_lights = grey};
-        const shd_bunches *bunches;
-        assert_true(shd_bunches_new(&plan, arena, &bunches));
-        assert_true(bunches->count > bunches->roots);
-        for (size_t i = 0; i < bunches->count; i++) {
-            const shd_bunch *bunch = &bunches->list[i];
-            for (int c = 0; c < (grey ? 1 : 3); c++) {
-                double wanted[SHD_BUNCH_MOMENTS] = {0};
-                for (uint32_t k = bunch->first; k < bunch->end; k++) {
-                    const shd_plan_light *l = &lights[bunches->lights[k]];
-                    const double weight = l->color[c] * l->gain / bunches->falls[bunch->fall].gain;
-                    double m[SHD_BUNCH_MOMENTS];
-                    shd_moments(shd_sub(bunch->center, l->position), m);
-                    for (int t = 0; t < SHD_BUNCH_MOMENTS; t++) wanted[t] += weight * m[t];
-                }
-                /* Lights are within 1 of each other, some 20 from the origin. */
-                for (int t = 0; t < SHD_BUNCH_MOMENTS; t++)
-                    assert_true(fabs(bunch->moments[c][t] - wanted[t]) <=
-                                1e-13 * bunch->strength[c]);
-            }
-        }
-        shd_arena_drop(arena);
-    }
-}
-
-/* A bunch's polynomial is that of all of its lights, to within what is told for their middle. */
-static void bunches_are_their_lights_together(void **state) {
-    (void)state;
-    uint64_t random = 7;
-    double nearest = 0;
-    for (int round = 0; round < 60; round++) {
-        shd_arena *arena = shd_arena_new(1 << 20);
-        shd_plan_light lights[CROWD];
-        const double distance = uniform(&random, 4, 40), radius = 0.35 * distance - 1;
-        make_crowd(&random, 1 + round % (KINDS - 1), (shd_vec3){0, 0, distance}, lights);
-        const shd_plan plan = {
-            .lights = lights, .light_count = CROWD, .scale = 1, .drop_tolerance = 1};
-        const shd_bunches *bunches;
-        assert_true(shd_bunches_new(&plan, arena, &bunches));
-        assert_int_equal(bunches->roots, 1);
-        const shd_bunch *root = bunches->list;
-        const shd_plan_light *fall = &bunches->falls[root->fall];
-        shd_plan_light middle = *fall;
-        middle.position = root->center;
-        const double away = shd_length(root->center),
-                     rest = shd_far_rest(&middle, away, radius + root->radius,
-                                         degrees[round / 2 % DEGREES]);
-        shd_far far = {.channels = 3, .degree = degrees[round / 2 % DEGREES]};
-        add_bunch(bunches, 0, &far);
-        assert_int_equal(far.lights, CROWD);
-        for (int i = 0; rest < INFINITY && i < POINTS; i++) {
-            const shd_vec3 at = shd_scale(any_direction(&random), radius * (i % 2 ? 1 : 0.5));
-            const float p[] = {(float)at.x, (float)at.y, (float)at.z}, up = 1, none = 0;
-            const float *position[] = {p, p + 1, p + 2}, *low[3] = {NULL},
-                        *normal[] = {&none, &none, &up};
-            float out[3] = {0}, *rows[] = {out, out + 1, out + 2};
-            shd_far_kernel_of(SHD_PORTABLE)->light(&plan, &far, 1, position, low, normal, rows);
-            for (int c = 0; c < 3; c++) {
-                double wanted = 0;
-                for (int j = 0; j < CROWD; j++)
-                    wanted +=
-                        lights[j].color[c] *
-                        field_of(&lights[j], (shd_vec3){(double)p[0], (double)p[1], (double)p[2]})
-                            .z;
-                const double most = rest * shd_attenuation(&middle, away) * root->strength[c];
-                const double off = fabs((double)out[c] - wanted);
-                if (!(off <= most + 0x1p-23 * wanted))
-                    fail_msg("round %d: %g off, %g told", round, off, most);
-                nearest = fmax(nearest, off / most);
-            }
-        }
-        shd_arena_drop(arena);
-    }
-    assert_true(nearest > 1e-3); /* it is not told by far */
-}
-
 /* Kernels look at lights as the plan's own functions do, or are more careful. */
 static void kernels_agree_about_lights(void **state) {
     (void)state;
@@ -328,85 +170,6 @@ static void kernels_agree_about_lights(void **state) {
         }
         shd_arena_drop(arena);
     }
-}
-
-/* What is told of a bunch holds for all of its lights together, at points and normals of a patch.
- */
-static void bunches_are_looked_at_for_all_their_lights(void **state) {
-    (void)state;
-    uint64_t random = 23;
-    size_t told = 0, behind = 0;
-    for (int round = 0; round < 120; round++) {
-        shd_arena *arena = shd_arena_new(1 << 20);
-        shd_plan_light lights[CROWD];
-        const shd_vec3 middle =
-            shd_scale(any_direction(&random), pow(10, uniform(&random, -1, 1.5)));
-        make_crowd(&random, 1 + round % (KINDS - 1), middle, lights);
-        const shd_plan plan = {.lights = lights, .light_count = CROWD, .scale = 1};
-        const shd_bunches *bunches;
-        assert_true(shd_bunches_new(&plan, arena, &bunches));
-        const shd_far_patch patch = {.axis = any_direction(&random),
-                                     .mirror = {0, 0, 1},
-                                     .radius = uniform(&random, 0, 0.5),
-                                     .spread = {cos(0.3), sin(0.3)},
-                                     .glitter = {-1, 0},
-                                     .diffuse = {1, 0.5, 0.2},
-                                     .degree = degrees[round / 2 % DEGREES]};
-        uint32_t all[CROWD];
-        shd_far_look looks[SHD_ISA_COUNT][CROWD];
-        assert_true(bunches->count <= CROWD);
-        for (uint32_t k = 0; k < bunches->count; k++) all[k] = bunches->count - 1 - k;
-        for (int isa = 0; isa < SHD_ISA_COUNT; isa++) {
-            shd_isa same;
-            if (!shd_isa_find(shd_isa_name((shd_isa)isa), &same)) continue;
-            shd_far_kernel_of((shd_isa)isa)
-                ->look_at_bunches(bunches, &patch, all, bunches->count, looks[isa]);
-            for (size_t k = 0; k < bunches->count; k++) {
-                const shd_far_look *a = &looks[isa][k], *b = &looks[SHD_PORTABLE][k];
-                assert_true(a->behind == b->behind && a->certain == b->certain &&
-                            a->rest == b->rest && a->told == b->told && a->most == b->most);
-            }
-        }
-        for (size_t k = 0; k < bunches->count; k++) {
-            const shd_far_look *l = &looks[SHD_PORTABLE][k];
-            const shd_bunch *bunch = &bunches->list[all[k]];
-            shd_far far = {.channels = 3, .degree = patch.degree};
-            if (l->told) add_bunch(bunches, all[k], &far);
-            told += l->told;
-            behind += l->behind;
-            for (int i = 0; i < 8; i++) {
-                const shd_vec3 at = shd_scale(any_direction(&random), patch.radius * (1 - 1e-6));
-                shd_vec3 n = shd_madd(patch.axis, any_direction(&random), sin(0.299));
-                if (!shd_normalize(n, &n) || shd_dot(n, patch.axis) < cos(0.3)) continue;
-                const float p[] = {(float)at.x, (float)at.y, (float)at.z},
-                            up[] = {(float)n.x, (float)n.y, (float)n.z};
-                double shows = 0;
-                for (uint32_t j = bunch->first; j < bunch->end; j++) {
-                    const shd_plan_light *light = &lights[bunches->lights[j]];
-                    const shd_vec3 e =
-                        field_of(light, (shd_vec3){(double)p[0], (double)p[1], (double)p[2]});
-                    shows +=
-                        light->color[0] *
-                        fmax(shd_dot(e, (shd_vec3){(double)up[0], (double)up[1], (double)up[2]}),
-                             0);
-                }
-                assert_true(!l->behind || shows <= 0);
-                assert_true(l->behind || shows <= l->most * bunch->strength[0]);
-                assert_true(shows >= l->certain * bunch->strength[0]);
-                float out[3] = {0}, *rows[] = {out, out + 1, out + 2};
-                if (l->told)
-                    shd_far_kernel_of(SHD_PORTABLE)
-                        ->light(&plan, &far, 1, (const float *[]){p, p + 1, p + 2},
-                                (const float *[3]){NULL}, (const float *[]){up, up + 1, up + 2},
-                                rows);
-                const double off = fabs((double)out[0] - shows) - 0x1p-23 * shows;
-                if (!l->behind && !(off <= l->rest))
-                    fail_msg("round %d: %g off, %g told", round, off, l->rest);
-            }
-        }
-        shd_arena_drop(arena);
-    }
-    assert_true(told > 500 && behind > 200);
 }
 
 /* A polynomial about another center tells the same. */
@@ -500,10 +263,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(what_is_left_out_is_bounded),
         cmocka_unit_test(lights_add_up_by_their_colors),
-        cmocka_unit_test(moments_are_sums_over_lights),
-        cmocka_unit_test(bunches_are_their_lights_together),
         cmocka_unit_test(kernels_agree_about_lights),
-        cmocka_unit_test(bunches_are_looked_at_for_all_their_lights),
         cmocka_unit_test(what_is_told_can_be_shifted),
         cmocka_unit_test(extremes_are_numbers),
         cmocka_unit_test(near_lights_are_refused),

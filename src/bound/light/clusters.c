@@ -84,6 +84,7 @@ static shd_cluster gather_lights(const builder *b, uint32_t first, uint32_t end)
         c.away = shd_larger(c.away, away);
     }
     c.strength *= 1 + SHD_PIECE_MARGIN; /* for the sum's own rounding */
+    if (!c.directional) c.width = shd_plan_length(shd_sub(c.high, c.low));
     return c;
 }
 
@@ -220,10 +221,6 @@ static bool is_far(const shd_cluster *c, const shd_cluster_target *target, doubl
     return wide <= WIDEST * distance && shd_cluster_fall(c, distance) < INFINITY;
 }
 
-static double width_of(const shd_cluster *c) {
-    return c->directional ? 0 : shd_plan_length(shd_sub(c->high, c->low));
-}
-
 /* Clusters that are still to be looked at. */
 enum { DEEP = 128 };
 
@@ -236,10 +233,9 @@ void shd_clusters_part(shd_clusters *clusters, const shd_cluster_target *target)
         while (depth > 0) {
             const uint32_t at = stack[--depth];
             const shd_cluster *c = &clusters->list[at];
-            const double width = width_of(c);
-            if (is_far(c, target, width + ROOMY * target->radius)) {
+            if (is_far(c, target, c->width + ROOMY * target->radius)) {
                 clusters->cut[clusters->cut_count++] = at;
-            } else if (c->parts && depth + 2 <= DEEP && width > target->radius) {
+            } else if (c->parts && depth + 2 <= DEEP && c->width > target->radius) {
                 stack[depth++] = c->parts;
                 stack[depth++] = c->parts + 1;
             } else {
@@ -261,7 +257,7 @@ void shd_clusters_cut(shd_clusters *clusters, const shd_cluster_target *target) 
         while (depth > 0) {
             const uint32_t at = stack[--depth];
             const shd_cluster *c = &clusters->list[at];
-            if (is_far(c, target, width_of(c))) {
+            if (is_far(c, target, c->width)) {
                 clusters->cut[clusters->cut_count++] = at;
             } else if (c->parts && depth + 2 <= DEEP) {
                 stack[depth++] = c->parts;

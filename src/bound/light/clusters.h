@@ -9,6 +9,7 @@
 
 typedef struct shd_cluster {
     shd_vec3 low, high; /* of the box around them; directional lights have none */
+    double width;       /* of that, from corner to corner */
     double strength;    /* the sum of the lights' strengths times their gains */
     double beside;      /* no point that is seen is nearer to any of them */
     double away;        /* from the frame's origin to the farthest */
