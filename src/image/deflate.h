@@ -10,6 +10,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "base/cpu.h"
+
 /* The most bytes of a block: what a stored one holds. */
 enum { SHD_DEFLATE_BLOCK = 65535 };
 
@@ -24,6 +26,6 @@ size_t shd_deflate_room(void);
  * bytes before `data` are of the same stream and may be looked back at. Bytes that are `pixel`, 1
  * to 8, apart are likely alike; `wide`: samples are of two bytes, as `pixel` is. The last block
  * ends the stream; another is followed by an empty stored one, so that the next begins with a whole
- * byte. */
-size_t shd_deflate_block(void *room, const unsigned char *data, size_t before, size_t size,
-                         size_t pixel, bool wide, bool last, unsigned char *out);
+ * byte. All of `isa` write the same. */
+size_t shd_deflate_block(shd_isa isa, void *room, const unsigned char *data, size_t before,
+                         size_t size, size_t pixel, bool wide, bool last, unsigned char *out);

@@ -151,7 +151,7 @@ typedef struct filtering {
     const shd_image *image;
     const shd_pack *pack;
     size_t row, pixel, rows; /* bytes of a row and of a pixel, rows of a band */
-    unsigned char *room;     /* [slots][3][row] */
+    unsigned char *room;     /* [slots][2][row] */
     unsigned char *out;      /* [height][1 + row] */
 } filtering;
 
@@ -161,8 +161,7 @@ static void filter_band(void *context, size_t index, unsigned slot) {
     const bool plain = f->image->compression && !strcmp(f->image->compression, "fast");
     const size_t first = index * f->rows, height = (size_t)f->image->height;
     const size_t end = height - first < f->rows ? height : first + f->rows;
-    unsigned char *room = f->room + 3 * slot * f->row,
-                  *samples[2] = {room + f->row, room + 2 * f->row};
+    unsigned char *const room = f->room + 2 * slot * f->row, *samples[2] = {room, room + f->row};
     const unsigned char *above = samples[1];
     if (first)
         above = make_row(f->pack, f->image, first - 1, samples[(first - 1) & 1]);
@@ -175,7 +174,7 @@ static void filter_band(void *context, size_t index, unsigned slot) {
             *out = 0;
             memcpy(out + 1, row, f->row);
         } else
-            kernels[f->image->isa]->filter(row, above, f->row, f->pixel, room, out);
+            kernels[f->image->isa]->filter(row, above, f->row, f->pixel, out);
         above = row;
     }
 }
@@ -188,7 +187,7 @@ static shd_status filter_rows(const shd_image *image, const shd_pack *pack, shd_
     const size_t row = (size_t)image->width * pixel, band = BAND / (row + 1) + 1;
     filtering f = {.image = image, .pack = pack, .row = row, .pixel = pixel, .rows = band};
     f.out = shd_arena_alloc(scratch, height, row + 1);
-    f.room = shd_arena_alloc(scratch, 3 * (size_t)shd_encode_slots(image), row);
+    f.room = shd_arena_alloc(scratch, 2 * (size_t)shd_encode_slots(image), row);
     if (!f.out || !f.room) return shd_encode_no_memory(error);
     if (!shd_encode_spread(image, (height + band - 1) / band, filter_band, &f))
         return shd_encode_cancelled(error);
@@ -212,7 +211,7 @@ uint64_t shd_png_scratch(const shd_image *image, shd_format format, bool samples
     const shd_pack pack = shd_pack_of(image, format);
     const uint64_t row = (uint64_t)image->width * (uint64_t)pack.count * pack.bytes;
     const uint64_t rows = (uint64_t)image->height * (row + 1);
-    return rows + shd_zlib_scratch(image, rows) + 3 * row * shd_encode_slots(image) +
+    return rows + shd_zlib_scratch(image, rows) + 2 * row * shd_encode_slots(image) +
            shd_zlib_scratch(image, SHD_ICC_MAX);
 }
 

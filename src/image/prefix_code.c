@@ -3,15 +3,18 @@
 #include <string.h>
 
 /* A count and its symbol in one number, which is what is sorted by. */
-enum { SYMBOL_BITS = 9, SYMBOL_MASK = (1 << SYMBOL_BITS) - 1, DIGIT_BITS = 9 };
+enum { SYMBOL_BITS = 9, SYMBOL_MASK = (1 << SYMBOL_BITS) - 1, DIGIT_BITS = 8 };
 
 /* Keys of what is counted, by count, then symbol. Returns how many there are. */
 static size_t sort_counts(const uint32_t *counts, size_t size, uint32_t *keys) {
     enum { DIGITS = 1 << DIGIT_BITS, FEW = 32 };
-    uint32_t other[SHD_PREFIX_SYMBOLS];
+    uint32_t other[SHD_PREFIX_SYMBOLS], all = 0;
     size_t used = 0;
-    for (uint32_t i = 0; i < size; i++)
-        if (counts[i]) keys[used++] = counts[i] << SYMBOL_BITS | i;
+    for (uint32_t i = 0; i < size; i++) {
+        keys[used] = counts[i] << SYMBOL_BITS | i;
+        used += counts[i] > 0;
+        all |= counts[i];
+    }
     if (used < FEW) { /* by insertion */
         for (size_t i = 1; i < used; i++) {
             const uint32_t key = keys[i];
@@ -21,13 +24,13 @@ static size_t sort_counts(const uint32_t *counts, size_t size, uint32_t *keys) {
         }
         return used;
     }
-    for (int pass = 0; pass < 2; pass++) {
-        const uint32_t *from = pass ? other : keys;
-        uint32_t *to = pass ? keys : other, starts[DIGITS + 1] = {0};
-        const int shift = SYMBOL_BITS + pass * DIGIT_BITS;
-        for (size_t i = 0; i < used; i++) starts[(from[i] >> shift & (DIGITS - 1)) + 1]++;
+    for (int shift = SYMBOL_BITS; all; shift += DIGIT_BITS, all >>= DIGIT_BITS) {
+        uint32_t starts[DIGITS + 1] = {0};
+        for (size_t i = 0; i < used; i++) starts[(keys[i] >> shift & (DIGITS - 1)) + 1]++;
         for (size_t i = 0; i < DIGITS; i++) starts[i + 1] += starts[i];
-        for (size_t i = 0; i < used; i++) to[starts[from[i] >> shift & (DIGITS - 1)]++] = from[i];
+        for (size_t i = 0; i < used; i++)
+            other[starts[keys[i] >> shift & (DIGITS - 1)]++] = keys[i];
+        memcpy(keys, other, used * sizeof *keys);
     }
     return used;
 }
@@ -76,17 +79,22 @@ static void limit_sizes(uint32_t *sizes, size_t n, unsigned longest) {
         while (taken + (whole >> sizes[i]) <= whole) taken += whole >> sizes[i]--;
 }
 
+/* The first bit of a code is the first that is written. */
+static inline uint16_t reverse(uint32_t number, unsigned size) {
+    number = (number & 0x5555) << 1 | (number >> 1 & 0x5555);
+    number = (number & 0x3333) << 2 | (number >> 2 & 0x3333);
+    number = (number & 0x0F0F) << 4 | (number >> 4 & 0x0F0F);
+    return (uint16_t)(((number & 0xFF) << 8 | number >> 8) >> (16 - size));
+}
+
 /* Codes of a size are numbers in a row, in the order of their symbols. */
 static void number_codes(size_t size, shd_prefix_code *code) {
     uint32_t next[SHD_PREFIX_LONGEST + 2] = {0};
     for (size_t i = 0; i < size; i++)
         if (code->sizes[i]) next[code->sizes[i] + 1]++;
     for (int i = 1; i <= SHD_PREFIX_LONGEST; i++) next[i + 1] = (next[i] + next[i + 1]) << 1;
-    for (size_t i = 0; i < size; i++) {
-        uint32_t number = code->sizes[i] ? next[code->sizes[i]]++ : 0, bits = 0;
-        for (int k = 0; k < code->sizes[i]; k++, number >>= 1) bits = bits << 1 | (number & 1);
-        code->bits[i] = (uint16_t)bits;
-    }
+    for (size_t i = 0; i < size; i++)
+        code->bits[i] = code->sizes[i] ? reverse(next[code->sizes[i]]++, code->sizes[i]) : 0;
 }
 
 void shd_prefix_code_make(const uint32_t *counts, size_t size, unsigned longest,

@@ -36,6 +36,7 @@ typedef struct piece {
 
 typedef struct job {
     shd_bytes data;
+    shd_isa isa;
     size_t pixel;
     bool wide;
     size_t count, step; /* pieces, and bytes of each but the last */
@@ -54,6 +55,7 @@ static job cut_pieces(const shd_image *image, shd_bytes data, size_t pixel) {
     const size_t count = data.size > most ? (data.size + most - 1) / most : 1;
     const size_t step = (data.size + count - 1) / count;
     return (job){.data = data,
+                 .isa = image->isa,
                  .pixel = pixel,
                  .count = count,
                  .step = step,
@@ -100,7 +102,7 @@ static void compress_piece(void *context, size_t index, unsigned slot) {
     const unsigned char *data = j->data.data + first;
     p->sum = libdeflate_adler32(1, data, size);
     if (j->level == USUAL) {
-        p->size = shd_deflate_block(j->rooms + slot * shd_deflate_room(), data, first, size,
+        p->size = shd_deflate_block(j->isa, j->rooms + slot * shd_deflate_room(), data, first, size,
                                     j->pixel, j->wide, last, p->data);
         p->whole = true;
         return;

@@ -17,8 +17,8 @@ static size_t compress_rows(const uint8_t *rows, size_t size, size_t pixel, bool
     size_t length = 0;
     for (size_t first = 0; first < size; first += step) {
         const size_t some = size - first < step ? size - first : step;
-        const size_t made = shd_deflate_block(room, rows + first, first, some, pixel, wide,
-                                              first + some == size, out + length);
+        const size_t made = shd_deflate_block(shd_cpu_best(), room, rows + first, first, some,
+                                              pixel, wide, first + some == size, out + length);
         CHECK(made <= shd_deflate_bound(some));
         length += made;
     }

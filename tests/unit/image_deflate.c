@@ -46,10 +46,16 @@ static size_t check_as(const unsigned char *data, size_t size, size_t pixel, boo
         const bool last = i + 1 == count;
         const size_t first = i * step, some = last ? size - first : step;
         unsigned char *out = malloc(shd_deflate_bound(some));
-        const size_t made =
-            shd_deflate_block(room, exact + first, first, some, pixel, wide, last, out);
-        assert_true(made <= shd_deflate_bound(some));
-        memcpy(stream + length, out, made);
+        size_t made = 0;
+        for (shd_isa isa = SHD_PORTABLE; isa < SHD_ISA_COUNT; isa++) { /* all write the same */
+            if (!shd_cpu_has(isa)) continue;
+            const size_t some_made =
+                shd_deflate_block(isa, room, exact + first, first, some, pixel, wide, last, out);
+            assert_true(some_made <= shd_deflate_bound(some));
+            if (made) assert_true(some_made == made && !memcmp(stream + length, out, made));
+            made = some_made;
+            memcpy(stream + length, out, made);
+        }
         length += made;
         free(out);
     }
