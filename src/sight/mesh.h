@@ -38,12 +38,21 @@ typedef struct shd_seen_vertex {
     double p, q;           /* its place on the image plane, if w > 0 */
 } shd_seen_vertex;
 
+/* Thin triangles that lie alike, by where their two longest edges cross rows of rays: edge e
+ * crosses row q at at[e] + slope[e] q, in units of `most`, to within `error`. In f32, in the tree's
+ * order of leaves. `error` is 1e30 if a triangle is not told of. */
+typedef struct shd_slivers {
+    float *at[2], *slope[2], *error;
+    double most[2]; /* |p| and |q|, up to which this holds */
+} shd_slivers;
+
 /* A mesh from the camera, in units of its own. */
 typedef struct shd_mesh_view {
     const shd_mesh_tree *tree;
     const atomic_bool *cancelled;    /* if it is raised, rays end anywhere; or NULL */
     const shd_seen_vertex *vertices; /* as in shd_triangles. NULL: each is found when wanted */
-    const double *positions;         /* of shd_triangles */
+    const shd_slivers *slivers; /* NULL: there are no vertices, or no box of the tree is turned */
+    const double *positions;    /* of shd_triangles */
     shd_vec3 rows[3], eye; /* row . (v - eye) is x, y or depth of a point v in the tree's frame */
     double scale;          /* of the tree's frame, a power of 2 */
     double unit;           /* the length in the world of 1 here */

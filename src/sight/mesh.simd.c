@@ -181,10 +181,21 @@ static unsigned rows_within(const bundle *k, edges *three) {
     return within;
 }
 
-/* Tries the groups. If they are all, it is first asked which ones of them may meet the triangle. */
+/* Tries the groups' rays. */
+SHD_INLINE bool try_groups(bundle *k, unsigned groups, const shd_seen_vertex *a,
+                           const shd_seen_vertex *b, const shd_seen_vertex *c, double name) {
+    bool any = false;
+    for (; groups; groups &= groups - 1) {
+        const int at = __builtin_ctz(groups) * GROUP;
+        for (int i = at; i < at + GROUP; i += SHD_W / 2) any = try_rays(k, i, a, b, c, name) || any;
+    }
+    return any;
+}
+
+/* Tries the groups of which it cannot be told at once that they do not meet the triangle. */
 SHD_INLINE bool try_corners(bundle *k, const shd_leaf *leaf, const shd_seen_vertex *a,
-                            const shd_seen_vertex *b, const shd_seen_vertex *c, unsigned groups) {
-    const bool known = groups != ALL_GROUPS;
+                            const shd_seen_vertex *b, const shd_seen_vertex *c) {
+    unsigned groups = ALL_GROUPS;
     if (least_of_three(a->depth, b->depth, c->depth) > k->reach) return false;
     if (least_of_three(a->w, b->w, c->w) > 0) {
         const area there = {least_of_three(a->p, b->p, c->p), most_of_three(a->p, b->p, c->p),
@@ -194,55 +205,51 @@ SHD_INLINE bool try_corners(bundle *k, const shd_leaf *leaf, const shd_seen_vert
             return false;
         groups &= groups_in(k, there);
     }
-    if (!known && groups & (groups - 1)) {
+    if (groups & (groups - 1)) {
         edges three = edges_of(k, a, b, c);
         groups &= k->rows ? rows_within(k, &three) : groups_within(k, &three);
     }
-    bool any = false;
-    for (; groups; groups &= groups - 1) {
-        const int at = __builtin_ctz(groups) * GROUP;
-        for (int i = at; i < at + GROUP; i += SHD_W / 2)
-            any = try_rays(k, i, a, b, c, leaf->name) || any;
-    }
-    return any;
+    return try_groups(k, groups, a, b, c, leaf->name);
 }
 
 static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *leaf) {
     const uint32_t *corner = leaf->corner;
     const shd_seen_vertex *seen = view->vertices;
-    if (seen)
-        return try_corners(k, leaf, &seen[corner[0]], &seen[corner[1]], &seen[corner[2]],
-                           ALL_GROUPS);
+    if (seen) return try_corners(k, leaf, &seen[corner[0]], &seen[corner[1]], &seen[corner[2]]);
     const shd_seen_vertex a = shd_see_vertex(view, corner[0]), b = shd_see_vertex(view, corner[1]),
                           c = shd_see_vertex(view, corner[2]);
-    return try_corners(k, leaf, &a, &b, &c, ALL_GROUPS);
+    return try_corners(k, leaf, &a, &b, &c);
 }
 
-/* The same of `count` triangles that lie alike, if groups are rows. It is apart, or others would
- * take longer. */
+/* The same of a branch's triangles, which lie alike. It is apart, or others would take longer. */
 __attribute__((noinline)) static bool try_thin(bundle *k, const shd_mesh_view *view,
-                                               const shd_leaf *leaves, unsigned count) {
+                                               const shd_branch *b) {
     const shd_seen_vertex *seen = view->vertices;
-    unsigned rows[LANES];
     bool any = false;
-    for (unsigned first = 0; first < count; first += LANES) {
-        const unsigned left = count - first, used = left < LANES ? left : LANES;
-        find_thin_rows(k, view, leaves + first, used, rows);
-        for (unsigned i = 0; i < used; i++) {
-            const shd_leaf *leaf = &leaves[first + i];
-            const uint32_t *corner = leaf->corner;
-            if (rows[i])
-                any = try_corners(k, leaf, &seen[corner[0]], &seen[corner[1]], &seen[corner[2]],
-                                  rows[i]) ||
-                      any;
+    for (unsigned from = 0; from < b->count; from += LANES) {
+        const size_t first = b->first + from;
+        const unsigned left = b->count - from;
+        uint64_t rows[2];
+        unsigned lanes = find_thin_rows(k, view->slivers, first, rows);
+        if (left < LANES) lanes &= (1u << left) - 1;
+        for (; lanes; lanes &= lanes - 1) {
+            const unsigned i = (unsigned)__builtin_ctz(lanes);
+            const shd_leaf *leaf = &view->tree->leaves[first + i];
+            const shd_seen_vertex *corner[3];
+            for (int c = 0; c < 3; c++) corner[c] = &seen[leaf->corner[c]];
+            if (least_of_three(corner[0]->depth, corner[1]->depth, corner[2]->depth) > k->reach)
+                continue;
+            any = try_groups(k, rows_of_lane(rows[i / 8], i % 8), corner[0], corner[1], corner[2],
+                             leaf->name) ||
+                  any;
         }
     }
     return any;
 }
 
 SHD_INLINE bool try_leaves(bundle *k, const shd_mesh_view *view, const shd_branch *b) {
+    if (b->turn && k->slim) return try_thin(k, view, b);
     const shd_leaf *leaves = view->tree->leaves + b->first;
-    if (b->turn && k->rows && view->vertices) return try_thin(k, view, leaves, b->count);
     bool any = false;
     for (uint32_t i = 0; i < b->count; i++) any = try_triangle(k, view, &leaves[i]) || any;
     return any;

@@ -40,8 +40,10 @@ typedef struct bundle {
     double step;
     SHD_ALIGNED double first[GROUPS]; /* p of their first rays */
     double most[2];                   /* the largest |p| and |q| */
-    double reach;                     /* nothing farther is wanted */
-    double slack;                     /* more than rounding changes depths by */
+    bool slim;                        /* groups are rows, and these are set, in units of slivers: */
+    float across[GROUPS], up[GROUPS], steps; /* p of first rays, q, and rays in one of these */
+    double reach;                            /* nothing farther is wanted */
+    double slack;                            /* more than rounding changes depths by */
     /* Linear functions: how far a point is within each side of the bundle, and before the eye and
      * `reach`. A box is left out if one of them, but that of DEPTH, is negative all over it. */
     SHD_ALIGNED double x[SIDES], y[SIDES], z[SIDES], fixed[SIDES];
@@ -106,6 +108,19 @@ static void find_rows(bundle *k) {
                                     shd_vd_gt(up, shd_vd_set(ROUNDING * k->most[1]))));
 }
 
+/* Places rows among slivers. A step that is no part of the picture worth telling stays out of f32.
+ */
+static void find_slim(bundle *k, const shd_slivers *s) {
+    k->slim = s && k->rows && k->step > 1e-7 * s->most[0] && k->most[0] <= s->most[0] &&
+              k->most[1] <= s->most[1];
+    if (!k->slim) return;
+    k->steps = (float)(s->most[0] / k->step);
+    for (int g = 0; g < GROUPS; g++) {
+        k->across[g] = (float)(k->first[g] / s->most[0]);
+        k->up[g] = (float)(k->middle[1][g] / s->most[1]);
+    }
+}
+
 static void set_function(bundle *k, int at, shd_vec3 n, double fixed) {
     k->x[at] = n.x;
     k->y[at] = n.y;
@@ -167,6 +182,7 @@ static void aim_bundle(const shd_lens *lens, const shd_item *it, const shd_batch
     k->turn = 0;
     bound_bundle(k);
     find_rows(k);
+    find_slim(k, view->slivers);
     set_box_functions(view, k);
     set_reach(k, limit * unit);
 }

@@ -9,7 +9,7 @@
 enum {
     BINS = 16,
     FEW = 4,       /* as many triangles are not split further */
-    FEW_THIN = 8,  /* of those in turned boxes, which are met side by side */
+    FEW_THIN = 16, /* of those in turned boxes, which are met side by side */
     LEAST = 2,     /* triangles on either side of a split: there are fewer branches than leaves */
     LEAN = 6,      /* a triangle is, if half of its box's surface is as often twice its area */
     FEW_LEAN = 16, /* fewer triangles are not turned */
