@@ -116,6 +116,7 @@ bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_lens 
                                     row_of(to_world, scale, camera->up),
                                     row_of(to_world, scale, shd_scale(camera->back, -1))},
                            .eye = shd_scale(it->eye, tree->scale),
+                           .from = shd_sub(shd_scale(it->eye, tree->scale), tree->middle),
                            .scale = tree->scale,
                            .unit = ldexp(1 / scale, tree->exponent),
                            .orthographic = camera->projection == SHD_ORTHOGRAPHIC};

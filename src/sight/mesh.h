@@ -54,6 +54,7 @@ typedef struct shd_mesh_view {
     const shd_slivers *slivers; /* NULL: there are no vertices, or no box of the tree is turned */
     const double *positions;    /* of shd_triangles */
     shd_vec3 rows[3], eye; /* row . (v - eye) is x, y or depth of a point v in the tree's frame */
+    shd_vec3 from;         /* the eye from the tree's middle, as boxes are */
     double scale;          /* of the tree's frame, a power of 2 */
     double unit;           /* the length in the world of 1 here */
     bool orthographic;

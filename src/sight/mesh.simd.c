@@ -251,6 +251,9 @@ SHD_INLINE bool try_leaves(bundle *k, const shd_mesh_view *view, const shd_branc
     if (b->turn && k->slim) return try_thin(k, view, b);
     const shd_leaf *leaves = view->tree->leaves + b->first;
     bool any = false;
+    /* Has all corners on their way at once, of which a large mesh has few in caches. */
+    for (uint32_t i = 0; i < b->count && view->vertices; i++)
+        for (int c = 0; c < 3; c++) __builtin_prefetch(&view->vertices[leaves[i].corner[c]].x);
     for (uint32_t i = 0; i < b->count; i++) any = try_triangle(k, view, &leaves[i]) || any;
     return any;
 }
@@ -258,8 +261,9 @@ SHD_INLINE bool try_leaves(bundle *k, const shd_mesh_view *view, const shd_branc
 /* ---- The tree. ---- */
 
 /* The product of an axis with the functions' gradients: their slopes along it. */
-SHD_INLINE shd_vd slopes_along(shd_vec3 axis, shd_vd x, shd_vd y, shd_vd z) {
-    return x * shd_vd_set(axis.x) + y * shd_vd_set(axis.y) + z * shd_vd_set(axis.z);
+SHD_INLINE shd_vf slopes_along(shd_vec3 axis, shd_vf x, shd_vf y, shd_vf z) {
+    return x * shd_vf_set((float)axis.x) + y * shd_vf_set((float)axis.y) +
+           z * shd_vf_set((float)axis.z);
 }
 
 static shd_vec3 seen_along(const shd_mesh_view *view, shd_vec3 v) {
@@ -276,14 +280,16 @@ static bool is_beside(const bundle *k, const shd_mesh_view *view, const shd_bran
     const shd_vec3 *axis = view->tree->turns[b->turn].axis, *seen = k->seen;
     const double size = k->size, sizes = k->sizes, error = k->error;
     const bool orthographic = view->orthographic;
-    shd_vec3 middle = shd_scale(view->eye, -1);
-    for (int c = 0; c < 3; c++) middle = shd_madd(middle, axis[c], 0.5 * (b->low[c] + b->high[c]));
+    shd_vec3 middle = shd_scale(view->from, -1);
+    for (int c = 0; c < 3; c++)
+        middle = shd_madd(middle, axis[c], 0.5 * ((double)b->low[c] + (double)b->high[c]));
     const shd_vec3 at = seen_along(view, middle), ray = {0, 0, 1},
                    n = shd_cross(seen[0], orthographic ? ray : at);
     const double p = k->p_middle, q = k->q_middle,
                  spread = fabs(n.x) * k->p_half + fabs(n.y) * k->q_half,
-                 reach = fabs(shd_dot(n, seen[1])) * (0.5 * (b->high[1] - b->low[1])) +
-                         fabs(shd_dot(n, seen[2])) * (0.5 * (b->high[2] - b->low[2]));
+                 reach =
+                     fabs(shd_dot(n, seen[1])) * (0.5 * ((double)b->high[1] - (double)b->low[1])) +
+                     fabs(shd_dot(n, seen[2])) * (0.5 * ((double)b->high[2] - (double)b->low[2]));
     if (orthographic)
         return fabs(n.x * (p - at.x) + n.y * (q - at.y)) > spread + reach + error * (size + sizes);
     if (!(depth > 1e-6 * sizes)) return false;
@@ -295,16 +301,16 @@ static void turn_functions(bundle *k, const shd_mesh_view *view, uint16_t turn) 
     const shd_vec3 *axis = view->tree->turns[turn].axis;
     double size = 0;
     for (int c = 0; c < 3; c++) {
-        for (int s = 0; s < SIDES; s += SHD_W / 2)
-            shd_vd_store(k->along[c] + s,
-                         slopes_along(axis[c], shd_vd_load(k->x + s), shd_vd_load(k->y + s),
-                                      shd_vd_load(k->z + s)));
+        for (int s = 0; s < PAIR; s += SHD_W)
+            shd_vf_store(k->along[c] + s,
+                         slopes_along(axis[c], shd_vf_load(k->slope[0] + s),
+                                      shd_vf_load(k->slope[1] + s), shd_vf_load(k->slope[2] + s)));
         k->seen[c] = seen_along(view, axis[c]);
         size = shd_larger(size, shd_max_abs(view->rows[c]));
     }
     k->turn = turn;
     k->size = size;
-    k->sizes = size * (3 + 3 * shd_max_abs(view->eye));
+    k->sizes = size * (3 + 3 * shd_max_abs(view->from));
     k->error = 100 * ROUNDING * k->sizes * (1 + k->most[0] + k->most[1]);
     k->p_middle = 0.5 * (k->all.left + k->all.right);
     k->q_middle = 0.5 * (k->all.bottom + k->all.top);
@@ -312,26 +318,56 @@ static void turn_functions(bundle *k, const shd_mesh_view *view, uint16_t turn) 
     k->q_half = 0.5 * (k->all.top - k->all.bottom);
 }
 
-/* Whether any ray may meet the box, and from which depth on. What turning rounds is a small part of
- * the functions' margin. */
-SHD_INLINE bool may_meet(bundle *k, const shd_mesh_view *view, const shd_branch *b, double *depth) {
-    SHD_ALIGNED double most[SIDES];
-    unsigned out = 0;
-    if (b->turn && b->turn != k->turn) turn_functions(k, view, b->turn);
-    const double *slope[3] = {k->x, k->y, k->z};
-    for (int c = 0; b->turn && c < 3; c++) slope[c] = k->along[c];
-    for (int s = 0; s < SIDES; s += SHD_W / 2) {
-        const shd_vd x = shd_vd_load(slope[0] + s), y = shd_vd_load(slope[1] + s),
-                     z = shd_vd_load(slope[2] + s);
-        const shd_vd along_x = shd_vd_max(x * shd_vd_set(b->low[0]), x * shd_vd_set(b->high[0])),
-                     along_y = shd_vd_max(y * shd_vd_set(b->low[1]), y * shd_vd_set(b->high[1])),
-                     along_z = shd_vd_max(z * shd_vd_set(b->low[2]), z * shd_vd_set(b->high[2]));
-        const shd_vd all = shd_vd_load(k->fixed + s) + (along_x + along_y + along_z);
-        out |= shd_md_bits(shd_vd_gt(shd_vd_set(0), all)) << s;
-        shd_vd_store(most + s, all);
+/* Lanes from s on of a pair: SIDES of the first, then of the second. */
+SHD_INLINE shd_vf pair_lanes(float first, float second, int s) {
+#if SHD_W > 8
+    (void)s;
+    const shd_vf one = shd_vf_set(first), other = shd_vf_set(second);
+    return shd_vf_join(shd_vf_half(one, 0), shd_vf_half(other, 0));
+#else
+    return shd_vf_set(s < SIDES ? first : second);
+#endif
+}
+
+/* Which of two boxes with the same turn any ray may meet (bits 0 and 1), and from which depths on.
+ * What turning rounds is a small part of the functions' margin. */
+SHD_INLINE unsigned may_meet_two(bundle *k, const shd_mesh_view *view, const shd_branch *one,
+                                 const shd_branch *other, double depth[2]) {
+    SHD_ALIGNED float most[PAIR];
+    unsigned out = 0, met = 0;
+    if (one->turn && one->turn != k->turn) turn_functions(k, view, one->turn);
+    const float(*slope)[PAIR] = one->turn ? k->along : k->slope;
+    for (int s = 0; s < PAIR; s += SHD_W) {
+        shd_vf all = shd_vf_load(k->fixed + s);
+        for (int c = 0; c < 3; c++) {
+            const shd_vf along = shd_vf_load(slope[c] + s);
+            all += shd_vf_max(along * pair_lanes(one->low[c], other->low[c], s),
+                              along * pair_lanes(one->high[c], other->high[c], s));
+        }
+        out |= shd_mf_bits(shd_vf_gt(shd_vf_set(0), all)) << s;
+        shd_vf_store(most + s, all);
     }
-    *depth = -most[DEPTH];
-    return !(out & ~(1u << DEPTH)) && !(b->turn && is_beside(k, view, b, *depth));
+    for (int i = 0; i < 2; i++) {
+        const unsigned sides = (1u << SIDES) - 1 - (1u << DEPTH);
+        depth[i] = -(double)most[i * SIDES + DEPTH];
+        met |= (unsigned)!(out >> i * SIDES & sides) << i;
+    }
+    if (one->turn) {
+        if (met & 1 && is_beside(k, view, one, depth[0])) met &= ~1u;
+        if (met & 2 && is_beside(k, view, other, depth[1])) met &= ~2u;
+    }
+    return met;
+}
+
+/* The same of a pair of any turns. */
+SHD_INLINE unsigned may_meet_pair(bundle *k, const shd_mesh_view *view, const shd_branch *pair,
+                                  double depth[2]) {
+    if (pair[0].turn == pair[1].turn) return may_meet_two(k, view, pair, pair + 1, depth);
+    double second[2];
+    const unsigned met = may_meet_two(k, view, pair, pair, depth) & 1,
+                   other = may_meet_two(k, view, pair + 1, pair + 1, second) & 2;
+    depth[1] = second[1];
+    return met | other;
 }
 
 static void update_reach(bundle *k) {
@@ -354,8 +390,8 @@ static bool walk_tree(bundle *k, const shd_mesh_view *view) {
     size_t steps = 0;
     bool met = false;
     const shd_branch *branches = view->tree->branches;
-    double depth;
-    if (!view->tree->leaf_count || !may_meet(k, view, branches, &depth)) return false;
+    double depth[2];
+    if (!view->tree->leaf_count || !may_meet_two(k, view, branches, branches, depth)) return false;
     for (uint32_t at = 0;;) {
         const shd_branch *now = &branches[at];
         if (shd_is_cancelled_at(view->cancelled, ++steps)) return met;
@@ -364,14 +400,13 @@ static bool walk_tree(bundle *k, const shd_mesh_view *view) {
             if (any) update_reach(k);
             met = met || any;
         } else {
-            double one, other;
-            const bool first = may_meet(k, view, &branches[now->first], &one),
-                       second = may_meet(k, view, &branches[now->first + 1], &other);
-            const bool swapped = second && (!first || other < one);
+            const unsigned pair = may_meet_pair(k, view, &branches[now->first], depth);
+            const bool first = pair & 1, second = pair & 2,
+                       swapped = second && (!first || depth[1] < depth[0]);
             if (first && second) {
                 assert(waits < SHD_TREE_DEPTH);
                 waiting[waits].branch = now->first + !swapped;
-                waiting[waits++].depth = swapped ? one : other;
+                waiting[waits++].depth = depth[!swapped];
             }
             if (first || second) {
                 at = now->first + swapped;
