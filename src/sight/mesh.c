@@ -43,17 +43,19 @@ typedef struct side {
     double fixed, across, up;
 } side;
 
-static void set_sliver(const shd_seen_vertex *const corner[3], const shd_slivers *out, size_t i) {
+static void set_sliver(const shd_mesh_view *view, const shd_leaf *leaf, const shd_slivers *out,
+                       size_t i) {
     side sides[3];
     double size[3], x = 0, y = 0, at[2], slope[2], reach = 0;
     const double p = out->most[0], q = out->most[1];
     for (int e = 0; e < 3; e++) {
-        const shd_seen_vertex *a = corner[(e + 1) % 3], *b = corner[(e + 2) % 3];
-        sides[e] =
-            (side){a->x * b->y - a->y * b->x, a->y * b->w - a->w * b->y, a->w * b->x - a->x * b->w};
+        const shd_seen_vertex *a = &view->vertices[leaf->corner[(e + 1) % 3]],
+                              *b = &view->vertices[leaf->corner[(e + 2) % 3]];
+        const double aw = shd_seen_w(view->orthographic, a), bw = shd_seen_w(view->orthographic, b);
+        sides[e] = (side){a->x * b->y - a->y * b->x, a->y * bw - aw * b->y, aw * b->x - a->x * bw};
         size[e] = fabs(sides[e].across) + fabs(sides[e].up);
-        x = shd_larger(fabs(a->x) + p * fabs(a->w), x);
-        y = shd_larger(fabs(a->y) + q * fabs(a->w), y);
+        x = shd_larger(fabs(a->x) + p * fabs(aw), x);
+        y = shd_larger(fabs(a->y) + q * fabs(aw), y);
     }
     const int least = size[0] < size[1] ? size[0] < size[2] ? 0 : 2 : size[1] < size[2] ? 1 : 2;
     const side *two[2] = {&sides[(least + 1) % 3], &sides[(least + 2) % 3]};
@@ -90,9 +92,7 @@ static bool make_slivers(shd_mesh_view *view, const shd_lens *lens, shd_arena *a
                        {2 * lens->half_x * unit, 2 * lens->half_y * unit}};
     for (size_t i = 0; i < tree->leaf_count; i++) {
         if (shd_is_cancelled_at(view->cancelled, i)) break;
-        const uint32_t *corner = tree->leaves[i].corner;
-        const shd_seen_vertex *v = view->vertices;
-        set_sliver((const shd_seen_vertex *[]){&v[corner[0]], &v[corner[1]], &v[corner[2]]}, s, i);
+        set_sliver(view, &tree->leaves[i], s, i);
     }
     view->slivers = s;
     return true;

@@ -32,10 +32,11 @@ shd_vec3 shd_triangle_normal(const shd_triangles *triangles, size_t triangle);
 typedef struct shd_mesh_tree shd_mesh_tree; /* tree.h */
 
 /* A vertex from the camera: x right, y up, `depth` forward. From where the ray through the point
- * (p, q) of the image plane passes, the vertex is at (x - p w, y - q w). */
+ * (p, q) of the image plane passes, the vertex is at (x - p w, y - q w). w is the depth, or 1 in an
+ * orthographic camera. It is half of a cache line. */
 typedef struct shd_seen_vertex {
-    double x, y, w, depth; /* w: the depth, or 1 in an orthographic camera */
-    double p, q;           /* its place on the image plane, if w > 0 */
+    double x, y, depth;
+    float p, q; /* its place on the image plane, rounded, if w > 0 */
 } shd_seen_vertex;
 
 /* Thin triangles that lie alike, by where their two longest edges cross rows of rays: edge e
@@ -66,5 +67,9 @@ static inline shd_seen_vertex shd_see_vertex(const shd_mesh_view *view, size_t v
                    from = shd_sub(p, view->eye);
     const double x = shd_dot(view->rows[0], from), y = shd_dot(view->rows[1], from),
                  depth = shd_dot(view->rows[2], from), w = view->orthographic ? 1 : depth;
-    return (shd_seen_vertex){x, y, w, depth, x / w, y / w};
+    return (shd_seen_vertex){x, y, depth, (float)(x / w), (float)(y / w)};
+}
+
+static inline double shd_seen_w(bool orthographic, const shd_seen_vertex *v) {
+    return orthographic ? 1 : v->depth;
 }

@@ -17,12 +17,12 @@
 SHD_INLINE bool try_rays(bundle *k, int at, const shd_seen_vertex *a, const shd_seen_vertex *b,
                          const shd_seen_vertex *c, double name) {
     const shd_vd zero = shd_vd_set(0), p = shd_vd_load(k->p + at), q = shd_vd_load(k->q + at);
-    const shd_vd ax = shd_vd_set(a->x) - p * shd_vd_set(a->w),
-                 ay = shd_vd_set(a->y) - q * shd_vd_set(a->w),
-                 bx = shd_vd_set(b->x) - p * shd_vd_set(b->w),
-                 by = shd_vd_set(b->y) - q * shd_vd_set(b->w),
-                 cx = shd_vd_set(c->x) - p * shd_vd_set(c->w),
-                 cy = shd_vd_set(c->y) - q * shd_vd_set(c->w);
+    const bool flat = k->orthographic;
+    const shd_vd aw = shd_vd_set(shd_seen_w(flat, a)), bw = shd_vd_set(shd_seen_w(flat, b)),
+                 cw = shd_vd_set(shd_seen_w(flat, c));
+    const shd_vd ax = shd_vd_set(a->x) - p * aw, ay = shd_vd_set(a->y) - q * aw,
+                 bx = shd_vd_set(b->x) - p * bw, by = shd_vd_set(b->y) - q * bw,
+                 cx = shd_vd_set(c->x) - p * cw, cy = shd_vd_set(c->y) - q * cw;
     const shd_vd u = bx * cy - by * cx, v = cx * ay - cy * ax, w = ax * by - ay * bx;
     const shd_md negative = shd_vd_gt(zero, shd_vd_min(shd_vd_min(u, v), w)),
                  positive = shd_vd_gt(shd_vd_max(shd_vd_max(u, v), w), zero);
@@ -86,18 +86,20 @@ typedef struct edges {
     double error; /* more than what try_rays finds differs by */
 } edges;
 
-SHD_INLINE edge edge_of(const shd_seen_vertex *a, const shd_seen_vertex *b) {
-    return (edge){a->x * b->y - a->y * b->x, a->y * b->w - a->w * b->y, a->w * b->x - a->x * b->w};
+SHD_INLINE edge edge_of(bool flat, const shd_seen_vertex *a, const shd_seen_vertex *b) {
+    const double aw = shd_seen_w(flat, a), bw = shd_seen_w(flat, b);
+    return (edge){a->x * b->y - a->y * b->x, a->y * bw - aw * b->y, aw * b->x - a->x * bw};
 }
 
 SHD_INLINE edges edges_of(const bundle *k, const shd_seen_vertex *a, const shd_seen_vertex *b,
                           const shd_seen_vertex *c) {
-    const double p = k->most[0], q = k->most[1],
-                 x = most_of_three(fabs(a->x) + p * fabs(a->w), fabs(b->x) + p * fabs(b->w),
-                                   fabs(c->x) + p * fabs(c->w)),
-                 y = most_of_three(fabs(a->y) + q * fabs(a->w), fabs(b->y) + q * fabs(b->w),
-                                   fabs(c->y) + q * fabs(c->w));
-    return (edges){{edge_of(b, c), edge_of(c, a), edge_of(a, b)}, 2 * ROUNDING * x * y};
+    const bool flat = k->orthographic;
+    const double p = k->most[0], q = k->most[1], aw = fabs(shd_seen_w(flat, a)),
+                 bw = fabs(shd_seen_w(flat, b)), cw = fabs(shd_seen_w(flat, c)),
+                 x = most_of_three(fabs(a->x) + p * aw, fabs(b->x) + p * bw, fabs(c->x) + p * cw),
+                 y = most_of_three(fabs(a->y) + q * aw, fabs(b->y) + q * bw, fabs(c->y) + q * cw);
+    return (edges){{edge_of(flat, b, c), edge_of(flat, c, a), edge_of(flat, a, b)},
+                   2 * ROUNDING * x * y};
 }
 
 /* The groups of which some ray may pass all edges on the same side. */
@@ -197,9 +199,11 @@ SHD_INLINE bool try_corners(bundle *k, const shd_leaf *leaf, const shd_seen_vert
                             const shd_seen_vertex *b, const shd_seen_vertex *c) {
     unsigned groups = ALL_GROUPS;
     if (least_of_three(a->depth, b->depth, c->depth) > k->reach) return false;
-    if (least_of_three(a->w, b->w, c->w) > 0) {
-        const area there = {least_of_three(a->p, b->p, c->p), most_of_three(a->p, b->p, c->p),
-                            least_of_three(a->q, b->q, c->q), most_of_three(a->q, b->q, c->q)};
+    if (k->orthographic || least_of_three(a->depth, b->depth, c->depth) > 0) {
+        const double p[3] = {(double)a->p, (double)b->p, (double)c->p},
+                     q[3] = {(double)a->q, (double)b->q, (double)c->q};
+        const area there = {least_of_three(p[0], p[1], p[2]), most_of_three(p[0], p[1], p[2]),
+                            least_of_three(q[0], q[1], q[2]), most_of_three(q[0], q[1], q[2])};
         if (there.left > k->all.right || there.right < k->all.left || there.bottom > k->all.top ||
             there.top < k->all.bottom)
             return false;

@@ -41,7 +41,8 @@ typedef struct bundle {
     double step;
     SHD_ALIGNED double first[GROUPS]; /* p of their first rays */
     double most[2];                   /* the largest |p| and |q| */
-    bool slim;                        /* groups are rows, and these are set, in units of slivers: */
+    bool orthographic;
+    bool slim; /* groups are rows, and these are set, in units of slivers: */
     float across[GROUPS], up[GROUPS], steps; /* p of first rays, q, and rays in one of these */
     double reach;                            /* nothing farther is wanted */
     double slack;                            /* more than rounding changes depths by */
@@ -57,13 +58,13 @@ typedef struct bundle {
     uint16_t turn; /* of the tree's; 0: they are not set */
 } bundle;
 
-/* Finds a little more than the extremes of groups. */
+/* Finds a little more than the extremes of groups: as much as vertices are rounded by in f32. */
 SHD_INLINE void bound_groups(const double *restrict at, double *restrict least,
                              double *restrict most) {
     SHD_ALIGNED double low[GROUPS], high[GROUPS];
     shd_bound_sectors(at, low, high);
     for (int g = 0; g < GROUPS; g++) {
-        const double more = ROUNDING * (fabs(low[g]) + fabs(high[g]));
+        const double more = 0x1p-23 * (fabs(low[g]) + fabs(high[g])) + 1e-44;
         least[g] = low[g] - more;
         most[g] = high[g] + more;
     }
@@ -192,6 +193,7 @@ static void aim_bundle(const shd_lens *lens, const shd_item *it, const shd_batch
         k->second[i] = k->third[i] = 0; /* copied with lanes that met nothing, used of none */
     }
     k->turn = 0;
+    k->orthographic = view->orthographic;
     bound_bundle(k);
     find_rows(k);
     find_slim(k, view->slivers);
