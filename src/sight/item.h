@@ -149,7 +149,7 @@ static inline shd_vec3 shd_sizes(shd_vec3 v) {
 
 /* Makes the view of an item whose triangles, frame and eye are set, with all its vertices if it is
  * to be whole. False: the arena is full. */
-bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_camera *camera,
+bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_lens *lens,
                         bool is_whole, const atomic_bool *cancelled, shd_arena *arena);
 
 /* Objects to cast at. There may be others, but no ray meets these at a smaller depth than `beyond`.

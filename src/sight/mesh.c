@@ -38,8 +38,69 @@ static shd_vec3 row_of(const shd_affine *m, double scale, shd_vec3 axis) {
     return shd_madd(shd_madd(shd_scale(x, axis.x), y, axis.y), z, axis.z);
 }
 
-bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_camera *camera,
+/* On which side of an edge rays pass: fixed + p across + q up. */
+typedef struct side {
+    double fixed, across, up;
+} side;
+
+static void set_sliver(const shd_mesh_view *view, const shd_leaf *leaf, const shd_slivers *out,
+                       size_t i) {
+    side sides[3];
+    double size[3], x = 0, y = 0, at[2], slope[2], reach = 0;
+    const double p = out->most[0], q = out->most[1];
+    for (int e = 0; e < 3; e++) {
+        const shd_seen_vertex *a = &view->vertices[leaf->corner[(e + 1) % 3]],
+                              *b = &view->vertices[leaf->corner[(e + 2) % 3]];
+        const double aw = shd_seen_w(view->orthographic, a), bw = shd_seen_w(view->orthographic, b);
+        sides[e] = (side){a->x * b->y - a->y * b->x, a->y * bw - aw * b->y, aw * b->x - a->x * bw};
+        size[e] = fabs(sides[e].across) + fabs(sides[e].up);
+        x = shd_larger(fabs(a->x) + p * fabs(aw), x);
+        y = shd_larger(fabs(a->y) + q * fabs(aw), y);
+    }
+    const int least = size[0] < size[1] ? size[0] < size[2] ? 0 : 2 : size[1] < size[2] ? 1 : 2;
+    const side *two[2] = {&sides[(least + 1) % 3], &sides[(least + 2) % 3]};
+    for (int e = 0; e < 2; e++) {
+        const double per = 1 / (two[e]->across * p);
+        at[e] = -two[e]->fixed * per;
+        slope[e] = -two[e]->up * q * per;
+        /* What rays are tried by is rounded in f64, and this in f32, with what casting makes of it:
+         * no term more than 6 times. */
+        const double error =
+            6e-14 * x * y * fabs(per) + 0x1p-21 * (1 + fabs(at[e]) + fabs(slope[e]));
+        reach = e && reach > error ? reach : error;
+    }
+    const bool told = (two[0]->across > 0) != (two[1]->across > 0) && reach < 1e3;
+    for (int e = 0; e < 2; e++) {
+        out->at[e][i] = told ? (float)at[e] : 0;
+        out->slope[e][i] = told ? (float)slope[e] : 0;
+    }
+    out->error[i] = told ? (float)reach : 1e30f;
+}
+
+/* False: the arena is full. */
+static bool make_slivers(shd_mesh_view *view, const shd_lens *lens, shd_arena *arena) {
+    enum { PAST = 16 }; /* a vector of the widest ends beyond the last one */
+    const shd_mesh_tree *tree = view->tree;
+    const size_t room = tree->leaf_count + PAST;
+    shd_slivers *s = shd_arena_alloc(arena, 1, sizeof *s);
+    float *all = shd_arena_zalloc(arena, 5 * room, sizeof *all);
+    if (!s || !all) return false;
+    const double unit = view->orthographic ? 1 / view->unit : 1;
+    *s = (shd_slivers){{all, all + room},
+                       {all + 2 * room, all + 3 * room},
+                       all + 4 * room,
+                       {2 * lens->half_x * unit, 2 * lens->half_y * unit}};
+    for (size_t i = 0; i < tree->leaf_count; i++) {
+        if (shd_is_cancelled_at(view->cancelled, i)) break;
+        set_sliver(view, &tree->leaves[i], s, i);
+    }
+    view->slivers = s;
+    return true;
+}
+
+bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_lens *lens,
                         bool is_whole, const atomic_bool *cancelled, shd_arena *arena) {
+    const shd_camera *camera = lens->camera;
     const shd_triangles *triangles = &it->triangles;
     const shd_affine *to_world = &it->to_world;
     shd_mesh_view *out = &it->view;
@@ -55,6 +116,7 @@ bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_camer
                                     row_of(to_world, scale, camera->up),
                                     row_of(to_world, scale, shd_scale(camera->back, -1))},
                            .eye = shd_scale(it->eye, tree->scale),
+                           .from = shd_sub(shd_scale(it->eye, tree->scale), tree->middle),
                            .scale = tree->scale,
                            .unit = ldexp(1 / scale, tree->exponent),
                            .orthographic = camera->projection == SHD_ORTHOGRAPHIC};
@@ -66,5 +128,5 @@ bool shd_mesh_view_make(shd_item *it, const shd_mesh_tree *tree, const shd_camer
         seen[i] = shd_see_vertex(out, i);
     }
     out->vertices = seen;
-    return true;
+    return !tree->turn_count || make_slivers(out, lens, arena);
 }

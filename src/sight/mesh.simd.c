@@ -17,12 +17,12 @@
 SHD_INLINE bool try_rays(bundle *k, int at, const shd_seen_vertex *a, const shd_seen_vertex *b,
                          const shd_seen_vertex *c, double name) {
     const shd_vd zero = shd_vd_set(0), p = shd_vd_load(k->p + at), q = shd_vd_load(k->q + at);
-    const shd_vd ax = shd_vd_set(a->x) - p * shd_vd_set(a->w),
-                 ay = shd_vd_set(a->y) - q * shd_vd_set(a->w),
-                 bx = shd_vd_set(b->x) - p * shd_vd_set(b->w),
-                 by = shd_vd_set(b->y) - q * shd_vd_set(b->w),
-                 cx = shd_vd_set(c->x) - p * shd_vd_set(c->w),
-                 cy = shd_vd_set(c->y) - q * shd_vd_set(c->w);
+    const bool flat = k->orthographic;
+    const shd_vd aw = shd_vd_set(shd_seen_w(flat, a)), bw = shd_vd_set(shd_seen_w(flat, b)),
+                 cw = shd_vd_set(shd_seen_w(flat, c));
+    const shd_vd ax = shd_vd_set(a->x) - p * aw, ay = shd_vd_set(a->y) - q * aw,
+                 bx = shd_vd_set(b->x) - p * bw, by = shd_vd_set(b->y) - q * bw,
+                 cx = shd_vd_set(c->x) - p * cw, cy = shd_vd_set(c->y) - q * cw;
     const shd_vd u = bx * cy - by * cx, v = cx * ay - cy * ax, w = ax * by - ay * bx;
     const shd_md negative = shd_vd_gt(zero, shd_vd_min(shd_vd_min(u, v), w)),
                  positive = shd_vd_gt(shd_vd_max(shd_vd_max(u, v), w), zero);
@@ -86,18 +86,20 @@ typedef struct edges {
     double error; /* more than what try_rays finds differs by */
 } edges;
 
-SHD_INLINE edge edge_of(const shd_seen_vertex *a, const shd_seen_vertex *b) {
-    return (edge){a->x * b->y - a->y * b->x, a->y * b->w - a->w * b->y, a->w * b->x - a->x * b->w};
+SHD_INLINE edge edge_of(bool flat, const shd_seen_vertex *a, const shd_seen_vertex *b) {
+    const double aw = shd_seen_w(flat, a), bw = shd_seen_w(flat, b);
+    return (edge){a->x * b->y - a->y * b->x, a->y * bw - aw * b->y, aw * b->x - a->x * bw};
 }
 
 SHD_INLINE edges edges_of(const bundle *k, const shd_seen_vertex *a, const shd_seen_vertex *b,
                           const shd_seen_vertex *c) {
-    const double p = k->most[0], q = k->most[1],
-                 x = most_of_three(fabs(a->x) + p * fabs(a->w), fabs(b->x) + p * fabs(b->w),
-                                   fabs(c->x) + p * fabs(c->w)),
-                 y = most_of_three(fabs(a->y) + q * fabs(a->w), fabs(b->y) + q * fabs(b->w),
-                                   fabs(c->y) + q * fabs(c->w));
-    return (edges){{edge_of(b, c), edge_of(c, a), edge_of(a, b)}, 2 * ROUNDING * x * y};
+    const bool flat = k->orthographic;
+    const double p = k->most[0], q = k->most[1], aw = fabs(shd_seen_w(flat, a)),
+                 bw = fabs(shd_seen_w(flat, b)), cw = fabs(shd_seen_w(flat, c)),
+                 x = most_of_three(fabs(a->x) + p * aw, fabs(b->x) + p * bw, fabs(c->x) + p * cw),
+                 y = most_of_three(fabs(a->y) + q * aw, fabs(b->y) + q * bw, fabs(c->y) + q * cw);
+    return (edges){{edge_of(flat, b, c), edge_of(flat, c, a), edge_of(flat, a, b)},
+                   2 * ROUNDING * x * y};
 }
 
 /* The groups of which some ray may pass all edges on the same side. */
@@ -181,69 +183,81 @@ static unsigned rows_within(const bundle *k, edges *three) {
     return within;
 }
 
-/* Tries the groups. If they are all, it is first asked which ones of them may meet the triangle. */
+/* Tries the groups' rays. */
+SHD_INLINE bool try_groups(bundle *k, unsigned groups, const shd_seen_vertex *a,
+                           const shd_seen_vertex *b, const shd_seen_vertex *c, double name) {
+    bool any = false;
+    for (; groups; groups &= groups - 1) {
+        const int at = __builtin_ctz(groups) * GROUP;
+        for (int i = at; i < at + GROUP; i += SHD_W / 2) any = try_rays(k, i, a, b, c, name) || any;
+    }
+    return any;
+}
+
+/* Tries the groups of which it cannot be told at once that they do not meet the triangle. */
 SHD_INLINE bool try_corners(bundle *k, const shd_leaf *leaf, const shd_seen_vertex *a,
-                            const shd_seen_vertex *b, const shd_seen_vertex *c, unsigned groups) {
-    const bool known = groups != ALL_GROUPS;
+                            const shd_seen_vertex *b, const shd_seen_vertex *c) {
+    unsigned groups = ALL_GROUPS;
     if (least_of_three(a->depth, b->depth, c->depth) > k->reach) return false;
-    if (least_of_three(a->w, b->w, c->w) > 0) {
-        const area there = {least_of_three(a->p, b->p, c->p), most_of_three(a->p, b->p, c->p),
-                            least_of_three(a->q, b->q, c->q), most_of_three(a->q, b->q, c->q)};
+    if (k->orthographic || least_of_three(a->depth, b->depth, c->depth) > 0) {
+        const double p[3] = {(double)a->p, (double)b->p, (double)c->p},
+                     q[3] = {(double)a->q, (double)b->q, (double)c->q};
+        const area there = {least_of_three(p[0], p[1], p[2]), most_of_three(p[0], p[1], p[2]),
+                            least_of_three(q[0], q[1], q[2]), most_of_three(q[0], q[1], q[2])};
         if (there.left > k->all.right || there.right < k->all.left || there.bottom > k->all.top ||
             there.top < k->all.bottom)
             return false;
         groups &= groups_in(k, there);
     }
-    if (!known && groups & (groups - 1)) {
+    if (groups & (groups - 1)) {
         edges three = edges_of(k, a, b, c);
         groups &= k->rows ? rows_within(k, &three) : groups_within(k, &three);
     }
-    bool any = false;
-    for (; groups; groups &= groups - 1) {
-        const int at = __builtin_ctz(groups) * GROUP;
-        for (int i = at; i < at + GROUP; i += SHD_W / 2)
-            any = try_rays(k, i, a, b, c, leaf->name) || any;
-    }
-    return any;
+    return try_groups(k, groups, a, b, c, leaf->name);
 }
 
 static bool try_triangle(bundle *k, const shd_mesh_view *view, const shd_leaf *leaf) {
     const uint32_t *corner = leaf->corner;
     const shd_seen_vertex *seen = view->vertices;
-    if (seen)
-        return try_corners(k, leaf, &seen[corner[0]], &seen[corner[1]], &seen[corner[2]],
-                           ALL_GROUPS);
+    if (seen) return try_corners(k, leaf, &seen[corner[0]], &seen[corner[1]], &seen[corner[2]]);
     const shd_seen_vertex a = shd_see_vertex(view, corner[0]), b = shd_see_vertex(view, corner[1]),
                           c = shd_see_vertex(view, corner[2]);
-    return try_corners(k, leaf, &a, &b, &c, ALL_GROUPS);
+    return try_corners(k, leaf, &a, &b, &c);
 }
 
-/* The same of `count` triangles that lie alike, if groups are rows. It is apart, or others would
- * take longer. */
+/* The same of a branch's triangles, which lie alike. It is apart, or others would take longer. */
 __attribute__((noinline)) static bool try_thin(bundle *k, const shd_mesh_view *view,
-                                               const shd_leaf *leaves, unsigned count) {
+                                               const shd_branch *b) {
     const shd_seen_vertex *seen = view->vertices;
-    unsigned rows[LANES];
     bool any = false;
-    for (unsigned first = 0; first < count; first += LANES) {
-        const unsigned left = count - first, used = left < LANES ? left : LANES;
-        find_thin_rows(k, view, leaves + first, used, rows);
-        for (unsigned i = 0; i < used; i++) {
-            const shd_leaf *leaf = &leaves[first + i];
-            const uint32_t *corner = leaf->corner;
-            if (rows[i])
-                any = try_corners(k, leaf, &seen[corner[0]], &seen[corner[1]], &seen[corner[2]],
-                                  rows[i]) ||
-                      any;
+    for (unsigned from = 0; from < b->count; from += LANES) {
+        const size_t first = b->first + from;
+        const unsigned left = b->count - from;
+        uint64_t rows[2];
+        unsigned lanes = find_thin_rows(k, view->slivers, first, rows);
+        if (left < LANES) lanes &= (1u << left) - 1;
+        for (; lanes; lanes &= lanes - 1) {
+            const unsigned i = (unsigned)__builtin_ctz(lanes);
+            const shd_leaf *leaf = &view->tree->leaves[first + i];
+            const shd_seen_vertex *corner[3];
+            for (int c = 0; c < 3; c++) corner[c] = &seen[leaf->corner[c]];
+            if (least_of_three(corner[0]->depth, corner[1]->depth, corner[2]->depth) > k->reach)
+                continue;
+            any = try_groups(k, rows_of_lane(rows[i / 8], i % 8), corner[0], corner[1], corner[2],
+                             leaf->name) ||
+                  any;
         }
     }
     return any;
 }
 
 SHD_INLINE bool try_leaves(bundle *k, const shd_mesh_view *view, const shd_branch *b) {
+    if (b->turn && k->slim) return try_thin(k, view, b);
     const shd_leaf *leaves = view->tree->leaves + b->first;
-    if (b->turn && k->rows && view->vertices) return try_thin(k, view, leaves, b->count);
     bool any = false;
+    /* Has all corners on their way at once, of which a large mesh has few in caches. */
+    for (uint32_t i = 0; i < b->count && view->vertices; i++)
+        for (int c = 0; c < 3; c++) __builtin_prefetch(&view->vertices[leaves[i].corner[c]].x);
     for (uint32_t i = 0; i < b->count; i++) any = try_triangle(k, view, &leaves[i]) || any;
     return any;
 }
@@ -251,8 +265,9 @@ SHD_INLINE bool try_leaves(bundle *k, const shd_mesh_view *view, const shd_branc
 /* ---- The tree. ---- */
 
 /* The product of an axis with the functions' gradients: their slopes along it. */
-SHD_INLINE shd_vd slopes_along(shd_vec3 axis, shd_vd x, shd_vd y, shd_vd z) {
-    return x * shd_vd_set(axis.x) + y * shd_vd_set(axis.y) + z * shd_vd_set(axis.z);
+SHD_INLINE shd_vf slopes_along(shd_vec3 axis, shd_vf x, shd_vf y, shd_vf z) {
+    return x * shd_vf_set((float)axis.x) + y * shd_vf_set((float)axis.y) +
+           z * shd_vf_set((float)axis.z);
 }
 
 static shd_vec3 seen_along(const shd_mesh_view *view, shd_vec3 v) {
@@ -269,14 +284,16 @@ static bool is_beside(const bundle *k, const shd_mesh_view *view, const shd_bran
     const shd_vec3 *axis = view->tree->turns[b->turn].axis, *seen = k->seen;
     const double size = k->size, sizes = k->sizes, error = k->error;
     const bool orthographic = view->orthographic;
-    shd_vec3 middle = shd_scale(view->eye, -1);
-    for (int c = 0; c < 3; c++) middle = shd_madd(middle, axis[c], 0.5 * (b->low[c] + b->high[c]));
+    shd_vec3 middle = shd_scale(view->from, -1);
+    for (int c = 0; c < 3; c++)
+        middle = shd_madd(middle, axis[c], 0.5 * ((double)b->low[c] + (double)b->high[c]));
     const shd_vec3 at = seen_along(view, middle), ray = {0, 0, 1},
                    n = shd_cross(seen[0], orthographic ? ray : at);
     const double p = k->p_middle, q = k->q_middle,
                  spread = fabs(n.x) * k->p_half + fabs(n.y) * k->q_half,
-                 reach = fabs(shd_dot(n, seen[1])) * (0.5 * (b->high[1] - b->low[1])) +
-                         fabs(shd_dot(n, seen[2])) * (0.5 * (b->high[2] - b->low[2]));
+                 reach =
+                     fabs(shd_dot(n, seen[1])) * (0.5 * ((double)b->high[1] - (double)b->low[1])) +
+                     fabs(shd_dot(n, seen[2])) * (0.5 * ((double)b->high[2] - (double)b->low[2]));
     if (orthographic)
         return fabs(n.x * (p - at.x) + n.y * (q - at.y)) > spread + reach + error * (size + sizes);
     if (!(depth > 1e-6 * sizes)) return false;
@@ -288,16 +305,16 @@ static void turn_functions(bundle *k, const shd_mesh_view *view, uint16_t turn) 
     const shd_vec3 *axis = view->tree->turns[turn].axis;
     double size = 0;
     for (int c = 0; c < 3; c++) {
-        for (int s = 0; s < SIDES; s += SHD_W / 2)
-            shd_vd_store(k->along[c] + s,
-                         slopes_along(axis[c], shd_vd_load(k->x + s), shd_vd_load(k->y + s),
-                                      shd_vd_load(k->z + s)));
+        for (int s = 0; s < PAIR; s += SHD_W)
+            shd_vf_store(k->along[c] + s,
+                         slopes_along(axis[c], shd_vf_load(k->slope[0] + s),
+                                      shd_vf_load(k->slope[1] + s), shd_vf_load(k->slope[2] + s)));
         k->seen[c] = seen_along(view, axis[c]);
         size = shd_larger(size, shd_max_abs(view->rows[c]));
     }
     k->turn = turn;
     k->size = size;
-    k->sizes = size * (3 + 3 * shd_max_abs(view->eye));
+    k->sizes = size * (3 + 3 * shd_max_abs(view->from));
     k->error = 100 * ROUNDING * k->sizes * (1 + k->most[0] + k->most[1]);
     k->p_middle = 0.5 * (k->all.left + k->all.right);
     k->q_middle = 0.5 * (k->all.bottom + k->all.top);
@@ -305,26 +322,56 @@ static void turn_functions(bundle *k, const shd_mesh_view *view, uint16_t turn) 
     k->q_half = 0.5 * (k->all.top - k->all.bottom);
 }
 
-/* Whether any ray may meet the box, and from which depth on. What turning rounds is a small part of
- * the functions' margin. */
-SHD_INLINE bool may_meet(bundle *k, const shd_mesh_view *view, const shd_branch *b, double *depth) {
-    SHD_ALIGNED double most[SIDES];
-    unsigned out = 0;
-    if (b->turn && b->turn != k->turn) turn_functions(k, view, b->turn);
-    const double *slope[3] = {k->x, k->y, k->z};
-    for (int c = 0; b->turn && c < 3; c++) slope[c] = k->along[c];
-    for (int s = 0; s < SIDES; s += SHD_W / 2) {
-        const shd_vd x = shd_vd_load(slope[0] + s), y = shd_vd_load(slope[1] + s),
-                     z = shd_vd_load(slope[2] + s);
-        const shd_vd along_x = shd_vd_max(x * shd_vd_set(b->low[0]), x * shd_vd_set(b->high[0])),
-                     along_y = shd_vd_max(y * shd_vd_set(b->low[1]), y * shd_vd_set(b->high[1])),
-                     along_z = shd_vd_max(z * shd_vd_set(b->low[2]), z * shd_vd_set(b->high[2]));
-        const shd_vd all = shd_vd_load(k->fixed + s) + (along_x + along_y + along_z);
-        out |= shd_md_bits(shd_vd_gt(shd_vd_set(0), all)) << s;
-        shd_vd_store(most + s, all);
+/* Lanes from s on of a pair: SIDES of the first, then of the second. */
+SHD_INLINE shd_vf pair_lanes(float first, float second, int s) {
+#if SHD_W > 8
+    (void)s;
+    const shd_vf one = shd_vf_set(first), other = shd_vf_set(second);
+    return shd_vf_join(shd_vf_half(one, 0), shd_vf_half(other, 0));
+#else
+    return shd_vf_set(s < SIDES ? first : second);
+#endif
+}
+
+/* Which of two boxes with the same turn any ray may meet (bits 0 and 1), and from which depths on.
+ * What turning rounds is a small part of the functions' margin. */
+SHD_INLINE unsigned may_meet_two(bundle *k, const shd_mesh_view *view, const shd_branch *one,
+                                 const shd_branch *other, double depth[2]) {
+    SHD_ALIGNED float most[PAIR];
+    unsigned out = 0, met = 0;
+    if (one->turn && one->turn != k->turn) turn_functions(k, view, one->turn);
+    const float(*slope)[PAIR] = one->turn ? k->along : k->slope;
+    for (int s = 0; s < PAIR; s += SHD_W) {
+        shd_vf all = shd_vf_load(k->fixed + s);
+        for (int c = 0; c < 3; c++) {
+            const shd_vf along = shd_vf_load(slope[c] + s);
+            all += shd_vf_max(along * pair_lanes(one->low[c], other->low[c], s),
+                              along * pair_lanes(one->high[c], other->high[c], s));
+        }
+        out |= shd_mf_bits(shd_vf_gt(shd_vf_set(0), all)) << s;
+        shd_vf_store(most + s, all);
     }
-    *depth = -most[DEPTH];
-    return !(out & ~(1u << DEPTH)) && !(b->turn && is_beside(k, view, b, *depth));
+    for (int i = 0; i < 2; i++) {
+        const unsigned sides = (1u << SIDES) - 1 - (1u << DEPTH);
+        depth[i] = -(double)most[i * SIDES + DEPTH];
+        met |= (unsigned)!(out >> i * SIDES & sides) << i;
+    }
+    if (one->turn) {
+        if (met & 1 && is_beside(k, view, one, depth[0])) met &= ~1u;
+        if (met & 2 && is_beside(k, view, other, depth[1])) met &= ~2u;
+    }
+    return met;
+}
+
+/* The same of a pair of any turns. */
+SHD_INLINE unsigned may_meet_pair(bundle *k, const shd_mesh_view *view, const shd_branch *pair,
+                                  double depth[2]) {
+    if (pair[0].turn == pair[1].turn) return may_meet_two(k, view, pair, pair + 1, depth);
+    double second[2];
+    const unsigned met = may_meet_two(k, view, pair, pair, depth) & 1,
+                   other = may_meet_two(k, view, pair + 1, pair + 1, second) & 2;
+    depth[1] = second[1];
+    return met | other;
 }
 
 static void update_reach(bundle *k) {
@@ -347,8 +394,8 @@ static bool walk_tree(bundle *k, const shd_mesh_view *view) {
     size_t steps = 0;
     bool met = false;
     const shd_branch *branches = view->tree->branches;
-    double depth;
-    if (!view->tree->leaf_count || !may_meet(k, view, branches, &depth)) return false;
+    double depth[2];
+    if (!view->tree->leaf_count || !may_meet_two(k, view, branches, branches, depth)) return false;
     for (uint32_t at = 0;;) {
         const shd_branch *now = &branches[at];
         if (shd_is_cancelled_at(view->cancelled, ++steps)) return met;
@@ -357,14 +404,13 @@ static bool walk_tree(bundle *k, const shd_mesh_view *view) {
             if (any) update_reach(k);
             met = met || any;
         } else {
-            double one, other;
-            const bool first = may_meet(k, view, &branches[now->first], &one),
-                       second = may_meet(k, view, &branches[now->first + 1], &other);
-            const bool swapped = second && (!first || other < one);
+            const unsigned pair = may_meet_pair(k, view, &branches[now->first], depth);
+            const bool first = pair & 1, second = pair & 2,
+                       swapped = second && (!first || depth[1] < depth[0]);
             if (first && second) {
                 assert(waits < SHD_TREE_DEPTH);
                 waiting[waits].branch = now->first + !swapped;
-                waiting[waits++].depth = swapped ? one : other;
+                waiting[waits++].depth = depth[!swapped];
             }
             if (first || second) {
                 at = now->first + swapped;

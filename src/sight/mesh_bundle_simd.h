@@ -13,10 +13,11 @@ enum {
     REACH,
     DEPTH,
     USED,
-    SIDES = 8 /* filled up to whole vectors */
+    SIDES = 8, /* filled up to whole vectors */
+    PAIR = 2 * SIDES
 };
 
-static_assert(USED <= SIDES && SIDES % (SHD_W / 2) == 0, "a box's functions fill vectors");
+static_assert(USED <= SIDES && PAIR % SHD_W == 0, "the functions of two boxes fill vectors");
 static_assert(GROUP % (SHD_W / 2) == 0, "a group's rays fill vectors");
 
 /* More than rounding changes a sum of products by, relative to the sum of their sizes. */
@@ -40,26 +41,30 @@ typedef struct bundle {
     double step;
     SHD_ALIGNED double first[GROUPS]; /* p of their first rays */
     double most[2];                   /* the largest |p| and |q| */
-    double reach;                     /* nothing farther is wanted */
-    double slack;                     /* more than rounding changes depths by */
+    bool orthographic;
+    bool slim; /* groups are rows, and these are set, in units of slivers: */
+    float across[GROUPS], up[GROUPS], steps; /* p of first rays, q, and rays in one of these */
+    double reach;                            /* nothing farther is wanted */
+    double slack;                            /* more than rounding changes depths by */
     /* Linear functions: how far a point is within each side of the bundle, and before the eye and
      * `reach`. A box is left out if one of them, but that of DEPTH, is negative all over it. */
-    SHD_ALIGNED double x[SIDES], y[SIDES], z[SIDES], fixed[SIDES];
-    SHD_ALIGNED double along[3][SIDES]; /* their slopes along the axes of `turn` */
-    shd_vec3 seen[3];                   /* these axes from the camera */
+    SHD_ALIGNED float slope[3][PAIR], fixed[PAIR]; /* in f32, with room for that; twice the same */
+    SHD_ALIGNED float along[3][PAIR];              /* their slopes along the axes of `turn` */
+    double before;    /* what is constant of the function of DEPTH, in f64 */
+    shd_vec3 seen[3]; /* these axes from the camera */
     /* For turned boxes, set with them: the size of the view's rows, and of points times it; what
      * rounding makes of products; the rectangle's middle and half of its sides. */
     double size, sizes, error, p_middle, q_middle, p_half, q_half;
     uint16_t turn; /* of the tree's; 0: they are not set */
 } bundle;
 
-/* Finds a little more than the extremes of groups. */
+/* Finds a little more than the extremes of groups: as much as vertices are rounded by in f32. */
 SHD_INLINE void bound_groups(const double *restrict at, double *restrict least,
                              double *restrict most) {
     SHD_ALIGNED double low[GROUPS], high[GROUPS];
     shd_bound_sectors(at, low, high);
     for (int g = 0; g < GROUPS; g++) {
-        const double more = ROUNDING * (fabs(low[g]) + fabs(high[g]));
+        const double more = 0x1p-23 * (fabs(low[g]) + fabs(high[g])) + 1e-44;
         least[g] = low[g] - more;
         most[g] = high[g] + more;
     }
@@ -106,14 +111,36 @@ static void find_rows(bundle *k) {
                                     shd_vd_gt(up, shd_vd_set(ROUNDING * k->most[1]))));
 }
 
-static void set_function(bundle *k, int at, shd_vec3 n, double fixed) {
-    k->x[at] = n.x;
-    k->y[at] = n.y;
-    k->z[at] = n.z;
-    k->fixed[at] = fixed;
+/* Places rows among slivers. A step that is no part of the picture worth telling stays out of f32.
+ */
+static void find_slim(bundle *k, const shd_slivers *s) {
+    k->slim = s && k->rows && k->step > 1e-7 * s->most[0] && k->most[0] <= s->most[0] &&
+              k->most[1] <= s->most[1];
+    if (!k->slim) return;
+    k->steps = (float)(s->most[0] / k->step);
+    for (int g = 0; g < GROUPS; g++) {
+        k->across[g] = (float)(k->first[g] / s->most[0]);
+        k->up[g] = (float)(k->middle[1][g] / s->most[1]);
+    }
 }
 
-/* How far the components of points in the tree's frame, of 1 at most, are from the eye's. */
+/* In f32 all is rounded some 20 times by less than 2^-24 of its size. What is too large to be told
+ * leaves out nothing. */
+static void set_constant(bundle *k, int at, double fixed) {
+    double sizes = fabs(fixed);
+    for (int c = 0; c < 3; c++) sizes += 2 * fabs((double)k->slope[c][at]);
+    const double more = fixed + 0x1p-19 * sizes + 1e-30;
+    k->fixed[at] = k->fixed[at + SIDES] = sizes < 1e30 ? (float)more : INFINITY;
+}
+
+static void set_function(bundle *k, int at, shd_vec3 n, double fixed) {
+    k->slope[0][at] = k->slope[0][at + SIDES] = (float)n.x;
+    k->slope[1][at] = k->slope[1][at + SIDES] = (float)n.y;
+    k->slope[2][at] = k->slope[2][at + SIDES] = (float)n.z;
+    set_constant(k, at, fixed);
+}
+
+/* How far the components of points in boxes, of 1 at most, are from the eye's. */
 static shd_vec3 far_of(shd_vec3 eye) {
     return shd_add((shd_vec3){1, 1, 1}, shd_sizes(eye));
 }
@@ -125,24 +152,25 @@ static void set_side(const shd_mesh_view *view, bundle *k, int at, double sign, 
     const shd_vec3 n = shd_scale(shd_madd(row, w, -bound), sign);
     const double fixed = view->orthographic ? -sign * bound : 0;
     const shd_vec3 sizes = shd_madd(shd_sizes(row), shd_sizes(w), fabs(bound));
-    const double error = shd_dot(sizes, far_of(view->eye)) + fabs(fixed);
-    set_function(k, at, n, fixed - shd_dot(n, view->eye) + ROUNDING * error);
+    const double error = shd_dot(sizes, far_of(view->from)) + fabs(fixed);
+    set_function(k, at, n, fixed - shd_dot(n, view->from) + ROUNDING * error);
 }
 
 static void set_reach(bundle *k, double reach) {
     k->reach = reach + k->slack;
-    k->fixed[REACH] = k->fixed[DEPTH] + k->reach;
+    set_constant(k, REACH, k->before + k->reach);
 }
 
 static void set_box_functions(const shd_mesh_view *view, bundle *k) {
-    const shd_vec3 forward = view->rows[2], back = shd_scale(forward, -1), e = view->eye;
+    const shd_vec3 forward = view->rows[2], back = shd_scale(forward, -1), e = view->from;
     k->slack = ROUNDING * shd_dot(shd_sizes(forward), far_of(e));
     set_side(view, k, 0, 1, view->rows[0], k->all.left);
     set_side(view, k, 1, -1, view->rows[0], k->all.right);
     set_side(view, k, 2, 1, view->rows[1], k->all.bottom);
     set_side(view, k, 3, -1, view->rows[1], k->all.top);
     set_function(k, FRONT, forward, k->slack - shd_dot(forward, e));
-    set_function(k, DEPTH, back, k->slack - shd_dot(back, e));
+    k->before = k->slack - shd_dot(back, e);
+    set_function(k, DEPTH, back, k->before);
     set_function(k, REACH, back, 0);
     for (int s = USED; s < SIDES; s++) set_function(k, s, (shd_vec3){0, 0, 0}, 0);
 }
@@ -165,8 +193,10 @@ static void aim_bundle(const shd_lens *lens, const shd_item *it, const shd_batch
         k->second[i] = k->third[i] = 0; /* copied with lanes that met nothing, used of none */
     }
     k->turn = 0;
+    k->orthographic = view->orthographic;
     bound_bundle(k);
     find_rows(k);
+    find_slim(k, view->slivers);
     set_box_functions(view, k);
     set_reach(k, limit * unit);
 }

@@ -94,9 +94,10 @@ static bool vertex_ranges(const shd_item *it, shd_vec3 v, range *p, range *q, do
         const shd_seen_vertex *at = &view->vertices[i];
         const shd_vec3 from =
             shd_sub((shd_vec3){at->x * view->unit, at->y * view->unit, at->depth * view->unit}, v);
-        const double x = view->orthographic ? at->x * view->unit : at->p,
-                     y = view->orthographic ? at->y * view->unit : at->q;
-        if (!(at->w > 1e-9 * (fabs(at->x) + fabs(at->y))) || !isfinite(x + y)) return false;
+        const double w = shd_seen_w(view->orthographic, at),
+                     x = view->orthographic ? at->x * view->unit : at->x / w,
+                     y = view->orthographic ? at->y * view->unit : at->y / w;
+        if (!(w > 1e-9 * (fabs(at->x) + fabs(at->y))) || !isfinite(x + y)) return false;
         square = fmax(square, shd_dot(from, from));
         least = fmin(least, at->depth);
         size = fmax(size, view->unit * fmax(fabs(at->x), fmax(fabs(at->y), fabs(at->depth))));

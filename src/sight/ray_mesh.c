@@ -7,6 +7,7 @@
 /* A ray in the tree's frame, seen along its largest component. */
 typedef struct sheared {
     double o[3], d[3];
+    double from[3];    /* o from the tree's middle, as boxes are */
     double inverse[3]; /* of d, by `invert` */
     int x, y, z;       /* the axes: z is the largest component's */
     double sx, sy, sz; /* of the shear that makes the direction (0, 0, 1) */
@@ -118,6 +119,7 @@ static sheared shear_ray(const shd_item *it, const shd_local_ray *r) {
                  .carried = carried,
                  .pad = 0x1p-49 * (1 + shd_max_abs(o))};
     get_three(o, s.o);
+    get_three(shd_sub(o, it->view.tree->middle), s.from);
     get_three(d, s.d);
     s.z = fabs(d.x) == s.most ? 0 : fabs(d.y) == s.most ? 1 : 2;
     s.x = (s.z + 1) % 3;
@@ -207,7 +209,7 @@ typedef struct turned_ray {
 static turned_ray turn_ray(const sheared *s, const shd_turn *turn) {
     turned_ray r = {.pad = 4 * s->pad};
     for (int k = 0; k < 3; k++) {
-        r.o[k] = shd_dot(turn->axis[k], (shd_vec3){s->o[0], s->o[1], s->o[2]});
+        r.o[k] = shd_dot(turn->axis[k], (shd_vec3){s->from[0], s->from[1], s->from[2]});
         r.inverse[k] = invert(shd_dot(turn->axis[k], (shd_vec3){s->d[0], s->d[1], s->d[2]}));
     }
     return r;
@@ -222,7 +224,7 @@ static bool is_before(double enter, double far) {
 static bool may_meet(const shd_mesh_tree *tree, const sheared *s, const shd_branch *b,
                      double *enter) {
     turned_ray turned;
-    const double *o = s->o, *inverse = s->inverse;
+    const double *o = s->from, *inverse = s->inverse;
     double low = 0, high = s->far, pad = s->pad;
     if (b->turn) {
         turned = turn_ray(s, &tree->turns[b->turn]);
@@ -231,8 +233,8 @@ static bool may_meet(const shd_mesh_tree *tree, const sheared *s, const shd_bran
         pad = turned.pad;
     }
     for (int k = 0; k < 3; k++) {
-        const double one = (b->low[k] - pad - o[k]) * inverse[k],
-                     two = (b->high[k] + pad - o[k]) * inverse[k];
+        const double one = ((double)b->low[k] - pad - o[k]) * inverse[k],
+                     two = ((double)b->high[k] + pad - o[k]) * inverse[k];
         low = shd_larger(shd_smaller(one, two), low);
         high = shd_smaller(shd_larger(one, two), high);
     }

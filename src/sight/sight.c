@@ -189,8 +189,9 @@ static shd_status make_mesh(shd_sight *sight, size_t index, shd_arena *arena, sh
             return fail_object(error, SHD_MEMORY, index, FULL);
     }
     it->blind = SHD_BLIND * sight->plan->objects[index].radius;
-    const bool is_whole = sees_whole(sight, it->triangles.vertex_count, arena);
-    if (!shd_mesh_view_make(it, tree, sight->lens.camera, is_whole, cancelled, arena))
+    const size_t slivers = tree->turn_count ? tree->leaf_count : 0; /* each less than a vertex */
+    const bool is_whole = sees_whole(sight, it->triangles.vertex_count + slivers, arena);
+    if (!shd_mesh_view_make(it, tree, &sight->lens, is_whole, cancelled, arena))
         return fail_object(error, SHD_MEMORY, index, FULL);
     return SHD_OK;
 }

@@ -1,12 +1,12 @@
 /* A tree of boxes over a mesh's triangles. Inside of sight/.
  *
  * It is in the mesh's own frame, so that it does not depend on the camera, scaled by a power of 2
- * to coordinates of at most 1. Boxes are exact: the least and largest coordinates of corners, in
- * f64. Around triangles that are long and thin, and lie much alike, they are turned to where they
- * are small (S. Woop et al., "Exploiting local orientation similarity for efficient ray traversal
- * of hair and fur", 2014), and larger by more than rounding. Triangles decide what a ray meets. A
- * tree only leaves out what no ray of a bundle may meet, so that no hit depends on how it was
- * built. */
+ * to coordinates of at most 1. Boxes are in f32, from the middle of all triangles, and larger by
+ * more than rounding: what they leave undecided, triangles decide in f64. Around triangles that are
+ * long and thin, and lie much alike, they are turned to where they are small (S. Woop et al.,
+ * "Exploiting local orientation similarity for efficient ray traversal of hair and fur", 2014).
+ * Triangles decide what a ray meets. A tree only leaves out what no ray of a bundle may meet, so
+ * that no hit depends on how it was built. */
 #pragma once
 
 #include <stdatomic.h>
@@ -14,7 +14,7 @@
 #include "sight/mesh.h"
 
 typedef struct shd_branch {
-    double low[3], high[3]; /* of the coordinates that its turn gives */
+    float low[3], high[3]; /* of the coordinates from the middle that its turn gives */
     /* count > 0: leaves [first, first + count). 0: branches first and first + 1. */
     uint32_t first;
     uint16_t count;
@@ -42,7 +42,9 @@ enum { SHD_TREE_DEPTH = 96, SHD_TREE_TRIANGLES = 1 << 27 };
 struct shd_mesh_tree {
     double scale; /* 2^-exponent */
     int exponent;
-    shd_branch *branches; /* [branch_count], the root first */
+    shd_vec3 middle; /* of what boxes enclose, in this frame */
+    /* [branch_count]: the root, one that is not used, then pairs, each of which is a cache line. */
+    shd_branch *branches;
     uint32_t branch_count;
     shd_leaf *leaves;  /* triangles with an area, but for repeated ones */
     size_t leaf_count; /* 0: there are no branches */
@@ -50,8 +52,8 @@ struct shd_mesh_tree {
     uint32_t turn_count;
 };
 
-/* Bytes of an arena that a tree over so many triangles takes, with what building it takes, but for
- * turns. */
+/* Bytes of an arena that a tree over so many triangles takes, with what building it takes for as
+ * long as that lasts. */
 size_t shd_mesh_tree_bytes(size_t triangles);
 
 /* Triangles without an area are not met. If several have their corners at the same places, the

@@ -9,6 +9,7 @@
 /* A point's coordinates in a branch's box. Of turned ones, the box has to be larger than what is
  * rounded here. */
 static shd_vec3 place_in(const shd_mesh_tree *tree, const shd_branch *b, shd_vec3 p) {
+    p = shd_sub(p, tree->middle);
     if (!b->turn) return p;
     assert_true(b->turn < tree->turn_count);
     const shd_vec3 *axis = tree->turns[b->turn].axis;
@@ -28,9 +29,9 @@ static void check_inside(const shd_mesh_tree *tree, const shd_triangles *t, cons
             const shd_vec3 at =
                 shd_scale(shd_vec3_at(t->positions, tree->leaves[i].corner[k]), tree->scale);
             const shd_vec3 in = place_in(tree, box, at);
-            assert_true(in.x >= box->low[0] && in.x <= box->high[0]);
-            assert_true(in.y >= box->low[1] && in.y <= box->high[1]);
-            assert_true(in.z >= box->low[2] && in.z <= box->high[2]);
+            assert_true(in.x >= (double)box->low[0] && in.x <= (double)box->high[0]);
+            assert_true(in.y >= (double)box->low[1] && in.y <= (double)box->high[1]);
+            assert_true(in.z >= (double)box->low[2] && in.z <= (double)box->high[2]);
         }
 }
 
@@ -115,6 +116,31 @@ static void every_triangle_with_an_area_is_in_one_leaf(void **state) {
     }
 }
 
+/* ... though boxes are in f32. */
+static void boxes_tell_triangles_apart_far_from_the_origin(void **state) {
+    (void)state;
+    enum { SIDE = 30 };
+    solid s = new_solid(3 * SIDE * SIDE, SIDE * SIDE);
+    for (int i = 0; i < SIDE * SIDE; i++) {
+        const double x = 1e9 + i % SIDE, y = 1e9 + i / SIDE;
+        const uint32_t a = add_vertex(&s, x, y, 1e9), b = add_vertex(&s, x + 1, y, 1e9),
+                       c = add_vertex(&s, x, y + 1, 1e9);
+        add_triangle(&s, a, b, c);
+    }
+    shd_arena *arena = shd_arena_new((size_t)1 << 30);
+    const shd_triangles t = {s.vertices, s.triangles, s.positions[0], NULL, s.indices[0], NULL};
+    const shd_mesh_tree *tree = NULL;
+    shd_error error;
+    assert_int_equal(shd_mesh_tree_new(&t, NULL, arena, &tree, &error), SHD_OK);
+    for (uint32_t i = 2; i < tree->branch_count; i++) {
+        const shd_branch *b = &tree->branches[i];
+        for (int c = 0; c < 2 && b->count; c++)
+            assert_true((double)(b->high[c] - b->low[c]) < 4.01 * tree->scale);
+    }
+    shd_arena_drop(arena);
+    drop_solid(&s);
+}
+
 static void a_hundred_thousand_equal_triangles_are_one(void **state) {
     (void)state;
     solid s = new_solid(3, 100000);
@@ -180,6 +206,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_mesh_with_too_many_triangles_is_refused),
         cmocka_unit_test(every_triangle_with_an_area_is_in_one_leaf),
+        cmocka_unit_test(boxes_tell_triangles_apart_far_from_the_origin),
         cmocka_unit_test(a_hundred_thousand_equal_triangles_are_one),
         cmocka_unit_test(triangles_without_an_area_are_in_none),
         cmocka_unit_test(a_build_ends_when_it_is_cancelled),
