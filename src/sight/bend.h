@@ -43,6 +43,10 @@ enum { SHD_SEEN_MOST = 4, SHD_SEEN_MANY };
 size_t shd_sight_seen(const shd_sight *sight, const shd_survey *survey, size_t block, int part,
                       shd_seen out[SHD_SEEN_MOST]);
 
+/* The pixels of a block, as bits row by row, through which something may be seen: all others' rays
+ * meet nothing. */
+uint64_t shd_sight_pixels(const shd_sight *sight, const shd_survey *survey, size_t block);
+
 /* An object that is seen through a block or a part of one, and its middle in the picture. */
 typedef struct shd_middle {
     size_t object;

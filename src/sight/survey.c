@@ -195,6 +195,44 @@ size_t shd_sight_seen(const shd_sight *sight, const shd_survey *s, size_t block,
     return count;
 }
 
+/* Those of a quarter, which is at (x, y) in the picture, through which one of some objects may be
+ * seen. Frames and tubes are left to larger windows. */
+static uint64_t pixels_of(const shd_sight *sight, const shd_seen *seen, size_t count, int x,
+                          int y) {
+    enum { SIDE = SHD_BLOCK_SIDE / 2 };
+    const shd_lens *lens = &sight->lens;
+    window w = make_window(lens, x, y, 1, 1);
+    const double p = w.p, q = w.q, hh = w.h * w.h;
+    uint64_t out = 0;
+    for (size_t k = 0; k < count; k++) {
+        const shd_outline *outline = &sight->seen[seen[k].object].outline;
+        for (int i = 0; i < SIDE * SIDE; i++) {
+            w.p = p + i % SIDE * lens->step_x;
+            w.q = q - i / SIDE * lens->step_y;
+            w.k = sqrt(fmax(0, w.p * w.p + w.q * w.q + 1 - hh));
+            out |= (uint64_t)may_see(outline, &w) << (i / SIDE * SHD_BLOCK_SIDE + i % SIDE);
+        }
+    }
+    return out;
+}
+
+uint64_t shd_sight_pixels(const shd_sight *sight, const shd_survey *s, size_t block) {
+    enum { SIDE = SHD_BLOCK_SIDE / 2 };
+    const size_t across = (size_t)s->across;
+    const int x = s->rect.x + (int)(block % across) * SHD_BLOCK_SIDE,
+              y = s->rect.y + (int)(block / across) * SHD_BLOCK_SIDE;
+    uint64_t out = 0;
+    for (int part = 0; part < SHD_QUARTERS; part++) {
+        shd_seen seen[SHD_SEEN_MOST];
+        const int right = (part & 1) * SIDE, down = (part >> 1) * SIDE;
+        const size_t count = shd_sight_seen(sight, s, block, part, seen);
+        if (count == SHD_SEEN_MANY) return ~(uint64_t)0;
+        out |= pixels_of(sight, seen, count, x + right, y + down)
+               << (down * SHD_BLOCK_SIDE + right);
+    }
+    return out;
+}
+
 void shd_survey_further(const shd_sight *sight, shd_survey *s, size_t index) {
     shd_block *block = &s->blocks[index];
     const uint32_t most = FURTHER * block->count;

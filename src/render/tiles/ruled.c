@@ -83,18 +83,13 @@ static bool find_fits(const shd_scenery *scenery, size_t block, int part, const 
     return true;
 }
 
-/* Finds which rules quarters of a block may take, or that they need no rays. */
+/* Finds which rules quarters of a block may take, and which of its other pixels need no rays. */
 static void find_parts(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s,
                        shd_block_rules *out) {
-    static const uint64_t QUARTER = 0x0f0f0f0f;
-    const bool fine = scenery->plan->scene->raster.samples >= SHD_FINE;
-    for (int part = 0; part < SHD_QUARTERS; part++) {
-        shd_seen seen[SHD_SEEN_MOST];
-        if (!shd_sight_seen(scenery->sight, &s->survey, block, part, seen))
-            out->all &= ~(QUARTER << ((part & 1) * 4 + (part >> 1) * 32));
-        else if (fine)
-            find_fits(scenery, block, part, s, out);
-    }
+    if (!out->inside) out->all = shd_sight_pixels(scenery->sight, &s->survey, block);
+    if (scenery->plan->scene->raster.samples < SHD_FINE) return;
+    for (int part = 0; part < SHD_QUARTERS; part++)
+        if (in_block(part, 0xffff) & out->all) find_fits(scenery, block, part, s, out);
 }
 
 void shd_find_block_rules(const shd_scenery *scenery, size_t block, const shd_tile_scratch *s,
