@@ -148,7 +148,9 @@ void shd_light_lamps32(const shd_lighting *lighting, const shd_plan_material *ma
     uint32_t *const others = room + n;
     const size_t quick = shd_part_quick(lighting, which, n, room, others);
     shd_light_sums32(lighting, material, others, n - quick, points, diffuse, specular, edges);
-    float(*const balls)[4] = points->count >= FEW ? (float(*)[4])(room + 2 * n) : NULL;
+    /* Parts of all lights have gaps, and balls around what follows each other there are large. */
+    const bool pays = n == lighting->plan->light_count && points->count >= FEW;
+    float(*const balls)[4] = pays ? (float(*)[4])(room + 2 * n) : NULL;
     if (balls) find_balls(lighting, room, quick, balls);
     light_quickly(lighting, material, room, quick, (const float(*)[4])balls, points, diffuse,
                   specular, edges);
