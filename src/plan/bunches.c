@@ -174,7 +174,7 @@ static bool plant_roots(builder *b, shd_arena *arena) {
         for (uint32_t j = 0; j < plan->light_count; j++) {
             if (falls[j] != kind) continue;
             if (kind == SHD_FALLS)
-                out->alone[out->alone_count++] = j;
+                out->lights[at + out->alone_count++] = j;
             else
                 out->lights[at++] = j;
         }
@@ -182,6 +182,7 @@ static bool plant_roots(builder *b, shd_arena *arena) {
     }
     out->roots = out->count;
     out->light_count = at;
+    out->alone = out->lights + at;
     return true;
 }
 
@@ -221,10 +222,8 @@ bool shd_bunches_new(const shd_plan *plan, shd_arena *arena, const shd_bunches *
     if (!made) return false;
     made->list = shd_arena_alloc(arena, most, sizeof *made->list);
     made->lights = shd_arena_alloc(arena, lights, sizeof *made->lights);
-    made->alone = shd_arena_alloc(arena, lights, sizeof *made->alone);
     builder b = {.plan = plan, .out = made, .keys = shd_arena_alloc(arena, lights, sizeof *b.keys)};
-    if (!made->list || !made->lights || !made->alone || !b.keys || !plant_roots(&b, arena))
-        return false;
+    if (!made->list || !made->lights || !b.keys || !plant_roots(&b, arena)) return false;
     for (size_t i = 0; i < made->count; i++) {
         if (shd_is_cancelled(plan->cancelled)) return false;
         shd_bunch *bunch = &made->list[i];

@@ -46,7 +46,7 @@ typedef struct shd_bunches {
     size_t count, roots; /* roots come first, and parts after what they are parts of */
     shd_bunch *list;
     size_t light_count;
-    uint32_t *lights; /* indices in plan->lights */
+    uint32_t *lights; /* indices in plan->lights, and those of `alone` after them: of all lights */
     /* Of each of these, in their order; and [count], of the list's: the same of a light in the
      * center that has their strength, and their radius. */
     shd_bunch_row *rows, *wholes;

@@ -144,13 +144,15 @@ static void look_at_lanes(const shd_far_patch *p, const rows *r, looks *out) {
         known = where(d, vd(NEAREST), known, zero);
         known = where(vd(FARTHEST), d, known, zero);
         const shd_vd cosine = shd_vd_sqrt(where(known, zero, 1 - wide * wide, zero));
-        const shd_vd toward = (x * p->axis.x + y * p->axis.y + z * p->axis.z) * over,
-                     mirrored = (x * p->mirror.x + y * p->mirror.y + z * p->mirror.z) * over;
-        shd_vd by_cosine, by_sine, high, low, shine, dull;
+        const shd_vd toward = (x * p->axis.x + y * p->axis.y + z * p->axis.z) * over;
+        shd_vd by_cosine, by_sine, high, low, shine = one, dull;
         add_angles(cosine, wide, p->spread, known, &by_cosine, &by_sine);
         turn_angle(toward, by_cosine, by_sine, &high, &low);
-        add_angles(cosine, wide, p->glitter, known, &by_cosine, &by_sine);
-        turn_angle(mirrored, by_cosine, by_sine, &shine, &dull);
+        if (p->lobe_count) {
+            const shd_vd mirrored = (x * p->mirror.x + y * p->mirror.y + z * p->mirror.z) * over;
+            add_angles(cosine, wide, p->glitter, known, &by_cosine, &by_sine);
+            turn_angle(mirrored, by_cosine, by_sine, &shine, &dull);
+        }
         high = where(known, zero, lesser_vd(high, one), one);
         low = where(known, zero, low, zero);
         shine = where(known, zero, shine, one);

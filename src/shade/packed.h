@@ -94,6 +94,8 @@ typedef struct shd_packed_model {
     const shd_packed_energy32 *energies; /* [lobe_count]; NULL but for normalized Phong lobes */
 } shd_packed_model;
 
+enum { SHD_QUICK_BALL = 8 };
+
 /* The points of a call, and what is done with them: points in f64 (`points`), whose sums go to
  * diffuse64 and specular64, or in f32 (`narrow`), whose sums are rounded. The pointers of the
  * others are NULL. */
@@ -112,6 +114,8 @@ typedef struct shd_sums_job {
     float *const *diffuse, *const *specular; /* of all lobes; the diffuse rows may be NULL */
     double *const *diffuse64, *const *specular64;
     uint8_t *edges; /* of `narrow`; NULL: nobody asks */
+    /* Of quick sums: centers and radii of balls around so many of `which` each; or NULL. */
+    const float (*balls)[4];
 } shd_sums_job;
 
 /* Sums in f32, of points in f32 only, and in f64. */

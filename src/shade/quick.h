@@ -32,9 +32,10 @@ void shd_light_quick32(const shd_lighting *lighting, const shd_plan_material *ma
                        const uint32_t *which, size_t n, const shd_points32 *points,
                        float *const diffuse[3], float *const *specular, uint8_t *edges);
 
-/* Writes sums over any lights: quick ones of those that may be, others as shd_light_sums32. `room`
- * is for 2 n indices. */
+/* Writes sums over any lights: quick ones of those that may be, others as shd_light_sums32. Lights
+ * that follow each other and lie together are left out together, where all points face away from
+ * them. `memory` is for 3 n numbers of 32 bits. */
 void shd_light_lamps32(const shd_lighting *lighting, const shd_plan_material *material,
                        const uint32_t *which, size_t n, const shd_points32 *points,
                        float *const diffuse[3], float *const *specular, uint8_t *edges,
-                       uint32_t *room);
+                       void *memory);

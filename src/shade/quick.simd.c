@@ -11,7 +11,7 @@
 
 /* Lights at once, so that a power's digits are looked at once for all of them, and lights that are
  * summed in f32. */
-enum { AT_ONCE = 4, GROUP = 8 * AT_ONCE, ROWS = SHD_WIDE_ROWS };
+enum { AT_ONCE = 4, BALL = SHD_QUICK_BALL, GROUP = 8 * AT_ONCE, ROWS = SHD_WIDE_ROWS };
 
 typedef struct points {
     shd_vf p[3], n[3], w[3];
@@ -100,6 +100,20 @@ SHD_INLINE void raise(shd_vf *cosines, int count, unsigned power) {
     }
 }
 
+/* Whether all points clearly face away from all lights in a ball, so that none of them adds
+ * anything or is near to N.L = 0, however f32 rounds: within 8 times of what that is. */
+SHD_INLINE bool is_behind(const float ball[4], const points *at) {
+    const double off = 8 * SHD_TURNED;
+    const shd_vf radius = shd_vf_set(ball[3]), square = shd_vf_set((float)(off * off));
+    shd_vf path[3];
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) path[c] = shd_vf_set(ball[c]) - at->p[c];
+    const shd_vf most = dot_lanes(at->n, path) + radius, d2 = dot_lanes(path, path),
+                 reach2 = shd_mad(d2 + radius * radius, square, square);
+    const shd_mf behind = shd_vf_gt_in(shd_vf_gt(shd_vf_set(0), most), most * most, reach2);
+    return !shd_mf_any(shd_mf_not(behind));
+}
+
 /* `count`, `channels` and `lobed` are constants. */
 SHD_INLINE void add_lights(const shd_sums_job *job, const uint32_t *which, int count,
                            const points *at, size_t first, int channels, bool lobed, sums *s) {
@@ -162,7 +176,11 @@ SHD_INLINE void sum_lights(const shd_sums_job *job, int channels, bool lobed) {
         }
         size_t k = 0;
         for (; k + AT_ONCE <= job->n; k += AT_ONCE) {
-            add_lights(job, job->which + k, AT_ONCE, &at, i, channels, lobed, &s);
+            if (job->balls && k % BALL == 0 && k + BALL <= job->n &&
+                is_behind(job->balls[k / BALL], &at))
+                k += BALL - AT_ONCE;
+            else
+                add_lights(job, job->which + k, AT_ONCE, &at, i, channels, lobed, &s);
             if (k / AT_ONCE % (GROUP / AT_ONCE) == GROUP / AT_ONCE - 1)
                 end_group(channels, lobed, &s, &t);
         }

@@ -91,9 +91,10 @@ size_t shd_part_quick(const shd_lighting *lighting, const uint32_t *which, size_
     return count;
 }
 
-void shd_light_quick32(const shd_lighting *lighting, const shd_plan_material *material,
-                       const uint32_t *which, size_t n, const shd_points32 *points,
-                       float *const diffuse[3], float *const *specular, uint8_t *edges) {
+static void light_quickly(const shd_lighting *lighting, const shd_plan_material *material,
+                          const uint32_t *which, size_t n, const float (*balls)[4],
+                          const shd_points32 *points, float *const diffuse[3],
+                          float *const *specular, uint8_t *edges) {
     static shd_sums_function *const sums[SHD_ISA_COUNT] = SHD_VARIANTS(shd_quick32);
     shd_plan_material shown = *material;
     if (!specular) shown.lobe_count = 0;
@@ -107,18 +108,52 @@ void shd_light_quick32(const shd_lighting *lighting, const shd_plan_material *ma
                               .narrow = points,
                               .diffuse = diffuse,
                               .specular = specular,
-                              .edges = edges};
+                              .edges = edges,
+                              .balls = balls};
     if (n) sum_points(&job, sums[lighting->plan->isa]);
+}
+
+void shd_light_quick32(const shd_lighting *lighting, const shd_plan_material *material,
+                       const uint32_t *which, size_t n, const shd_points32 *points,
+                       float *const diffuse[3], float *const *specular, uint8_t *edges) {
+    light_quickly(lighting, material, which, n, NULL, points, diffuse, specular, edges);
+}
+
+/* Balls around lights that follow each other. */
+static void find_balls(const shd_lighting *lighting, const uint32_t *which, size_t n,
+                       float (*out)[4]) {
+    for (size_t b = 0; b < n / SHD_QUICK_BALL; b++, which += SHD_QUICK_BALL) {
+        double square = 0;
+        for (int c = 0; c < 3; c++) {
+            float low = INFINITY, high = -INFINITY;
+            for (int k = 0; k < SHD_QUICK_BALL; k++) {
+                const float at = lighting->lights[which[k]].at[c];
+                low = at < low ? at : low;
+                high = at > high ? at : high;
+            }
+            const double half = ((double)high - (double)low) / 2;
+            out[b][c] = (float)((double)low + half);
+            square += half * half;
+        }
+        out[b][3] = (float)(sqrt(square) * (1 + 0x1p-20));
+    }
 }
 
 void shd_light_lamps32(const shd_lighting *lighting, const shd_plan_material *material,
                        const uint32_t *which, size_t n, const shd_points32 *points,
                        float *const diffuse[3], float *const *specular, uint8_t *edges,
-                       uint32_t *room) {
+                       void *memory) {
+    enum { FEW = 24 }; /* points for which balls do not pay */
+    uint32_t *const room = memory;
     uint32_t *const others = room + n;
     const size_t quick = shd_part_quick(lighting, which, n, room, others);
     shd_light_sums32(lighting, material, others, n - quick, points, diffuse, specular, edges);
-    shd_light_quick32(lighting, material, room, quick, points, diffuse, specular, edges);
+    /* Parts of all lights have gaps, and balls around what follows each other there are large. */
+    const bool pays = n == lighting->plan->light_count && points->count >= FEW;
+    float(*const balls)[4] = pays ? (float(*)[4])(room + 2 * n) : NULL;
+    if (balls) find_balls(lighting, room, quick, balls);
+    light_quickly(lighting, material, room, quick, (const float(*)[4])balls, points, diffuse,
+                  specular, edges);
 }
 
 /* Whether a light has a shape, or comes from all around. */

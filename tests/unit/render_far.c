@@ -76,10 +76,10 @@ static size_t gather(shd_request *request, const shd_plan *draft, double room, s
     shd_patch patch = {
         .center = {0, 0, 0}, .radius = 0.55, .axis = {0, 1, 0}, .cos_spread = 1 - 0x1p-21};
     shd_afar *whole = &s->levels[0], *part = &s->levels[SHD_AFAR_LEVELS - 1];
-    shd_afar_find(&plan, material, &patch, points, 0, NULL, s, whole);
+    shd_afar_find(&plan, material, &patch, points, 0, false, NULL, s, whole);
     patch.center = (shd_vec3){0.1, 0, -0.05};
     patch.radius = 0.2;
-    shd_afar_find(&plan, material, &patch, points, SHD_AFAR_LEVELS - 1, whole, s, part);
+    shd_afar_find(&plan, material, &patch, points, SHD_AFAR_LEVELS - 1, true, whole, s, part);
     uint32_t all[LAMPS + OTHERS];
     for (uint32_t j = 0; j < plan.light_count; j++) all[j] = j;
     assert_true(part->spent >= whole->spent && part->spent <= part->room);

@@ -383,8 +383,8 @@ static int degree_of(const shd_bunches *bunches, int channels, int level) {
 }
 
 void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, const shd_patch *patch,
-                   size_t points, int level, const shd_afar *whole, shd_afar_scratch *scratch,
-                   shd_afar *out) {
+                   size_t points, int level, bool last, const shd_afar *whole,
+                   shd_afar_scratch *scratch, shd_afar *out) {
     const shd_bunches *bunches = plan->bunches;
     seeker s = {.plan = plan,
                 .bunches = bunches,
@@ -394,7 +394,7 @@ void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, cons
                 .radius = patch->radius,
                 .points = points,
                 .whole = whole,
-                .parts = level + 1 < SHD_AFAR_LEVELS,
+                .parts = !last,
                 .scratch = scratch,
                 .out = out};
     out->far.center = patch->center;
@@ -409,8 +409,9 @@ void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, cons
     s.lanes = lanes_of(&s);
     s.before = whole ? whole->spent : 0;
     visit_bunches(&s);
-    visit_lights(&s, FAR_SHARE[level]);
-    visit_alone(&s, FAR_SHARE[level]);
+    const double share = FAR_SHARE[last ? SHD_AFAR_LEVELS - 1 : level];
+    visit_lights(&s, share);
+    visit_alone(&s, share);
     if (!s.parts) part_dull(&s);
     out->spent = s.before + s.spent;
     out->sums = s.taken;
@@ -469,7 +470,7 @@ void shd_afar_lay_out(const shd_plan *plan, size_t points, shd_scratch *memory,
     out->now = shd_scratch_take(memory, plan->bunches->count, sizeof *out->now);
     out->next = shd_scratch_take(memory, plan->bunches->count, sizeof *out->next);
     out->dull = shd_scratch_take(memory, lights, sizeof *out->dull);
-    out->sorted = shd_scratch_take(memory, 2 * lights, sizeof *out->sorted);
+    out->sorted = shd_scratch_take(memory, 3 * lights, sizeof *out->sorted);
     out->steps = shd_scratch_take(memory, lights, sizeof *out->steps);
     out->looks = shd_scratch_take(memory, lights, sizeof *out->looks);
     out->bits = shd_scratch_take(memory, (lights + 63) / 64, sizeof *out->bits);

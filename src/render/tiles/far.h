@@ -40,7 +40,7 @@ typedef struct shd_afar_scratch {
     double *gleam;  /* [light_count]: of lights that stay open */
     uint32_t *dull; /* [light_count]: lights that a run is lit by without highlights */
     size_t dull_count;
-    uint32_t *sorted; /* [2 light_count]: a run's lights (shd_light_lamps32) */
+    uint32_t *sorted; /* [3 light_count]: a run's lights (shd_light_lamps32) */
     float **rows;     /* [3]: what they add to a run */
     uint64_t *bits;   /* one a light */
 } shd_afar_scratch;
@@ -53,10 +53,10 @@ void shd_afar_lay_out(const shd_plan *plan, size_t points, shd_scratch *memory,
  * highlights are too faint, as long as what that leaves out of the material's color at the patch is
  * within most of its room, in any channel. `points`: of the patch. `whole` is what was found of
  * what the patch is part of, or NULL. `out` is one of the scratch's. What is taken depends on the
- * patch, and on what `whole` depends on, alone. */
+ * patch, and on what `whole` depends on, alone. `last`: no parts of it are looked at. */
 void shd_afar_find(const shd_plan *plan, const shd_plan_material *material, const shd_patch *patch,
-                   size_t points, int level, const shd_afar *whole, shd_afar_scratch *scratch,
-                   shd_afar *out);
+                   size_t points, int level, bool last, const shd_afar *whole,
+                   shd_afar_scratch *scratch, shd_afar *out);
 
 /* What may still be left out of each channel, as it is. */
 double shd_afar_left(const shd_afar *afar);

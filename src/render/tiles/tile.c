@@ -147,6 +147,12 @@ static void add_dull(const shd_scenery *scenery, const lit_run *l, const shd_poi
         for (size_t i = 0; i < l->count; i++) s->outs[c][i] += s->afar.rows[c][i];
 }
 
+/* All lights in the order of their trees, so that those that are summed at once lie together, and
+ * points face all of them or none; or a part of them as it is. */
+static const uint32_t *sorted_lights(const shd_plan *plan, const lit_run *l) {
+    return l->lights == plan->light_count ? plan->bunches->lights : l->which;
+}
+
 /* Lights a run for a plane and those that share its sums: s->sums. */
 static void sum_lights(const shd_scenery *scenery, const lit_run *l, size_t plane,
                        shd_tile_scratch *s) {
@@ -164,8 +170,8 @@ static void sum_lights(const shd_scenery *scenery, const lit_run *l, size_t plan
     memset(s->edges, 0, l->count);
     float *const *diffuse = l->material->has_diffuse ? s->outs : NULL;
     if (l->quick)
-        shd_light_lamps32(scenery->lighting, l->material, l->which, l->lights, &points, s->outs,
-                          s->outs + 3, s->edges, s->afar.sorted);
+        shd_light_lamps32(scenery->lighting, l->material, sorted_lights(plan, l), l->lights,
+                          &points, s->outs, s->outs + 3, s->edges, s->afar.sorted);
     else
         shd_light_sums32(scenery->lighting, l->material, l->which, l->lights, &points, diffuse,
                          s->outs + 3, s->edges);
@@ -273,6 +279,12 @@ static void light_rest(const shd_scenery *scenery, const lit_run *l, const shd_p
     s->afar.dull_count = 0;
 }
 
+/* The last level that is looked at: sums that are quick and without highlights cost less than
+ * looking at each light for a block. */
+static int last_level(const lit_run *l) {
+    return l->quick && !l->material->lobe_count ? SHD_AFAR_LEVELS - 2 : SHD_AFAR_LEVELS - 1;
+}
+
 /* Lights a run for plane 0 by bunches of lights that are far from all of it, or from quads of
  * blocks of it, or from blocks: what a block leaves out depends on what its tile shows, and on
  * nothing else. A few points of which nothing is found yet are lit by all, which is as fast as
@@ -282,28 +294,26 @@ static void light_from_afar(const shd_scenery *scenery, const lit_run *l, const 
     enum { FEW = 24 /* lights */, ALONE = 32, SMALL = 256 /* points */ };
     static const double BENT = 0.9;
     static const size_t least[SHD_AFAR_LEVELS] = {256, 128, 1}; /* points that it pays for */
-    const int last = SHD_AFAR_LEVELS - 1;
+    const int last = last_level(l);
     const shd_plan *plan = scenery->plan;
-    if (level == last && !whole && l->count < ALONE) {
+    const bool pays = l->count >= least[level], small = !whole && l->quick && l->count <= SMALL;
+    if (level == last && !whole && (!pays || l->count < ALONE)) {
         sum_lights(scenery, l, 0, s);
         return;
     }
     shd_afar *found = &s->afar.levels[level];
-    const bool small = !whole && l->quick && l->count <= SMALL;
-    if (small || l->count >= least[level]) {
+    if (small || pays || level == last) {
         const shd_patch patch = shd_patch_of(scenery, l->hits, l->first, l->count);
         if (small && patch.cos_spread < BENT) {
             sum_lights(scenery, l, 0, s);
             return;
         }
-    }
-    if (l->count >= least[level]) {
-        const shd_patch patch = shd_patch_of(scenery, l->hits, l->first, l->count);
-        if (level == last || patch.cos_spread > 0) {
-            shd_afar_find(plan, l->material, &patch, l->count, level, whole, &s->afar, found);
+        if (pays && (level == last || patch.cos_spread > 0)) {
+            shd_afar_find(plan, l->material, &patch, l->count, level, level == last, whole,
+                          &s->afar, found);
             whole = found;
         }
-        if (level == last || (whole && whole->open_count + whole->alone_count <= FEW)) {
+        if (level == last || (pays && whole && whole->open_count + whole->alone_count <= FEW)) {
             light_rest(scenery, l, &patch, whole, s);
             return;
         }
@@ -311,7 +321,7 @@ static void light_from_afar(const shd_scenery *scenery, const lit_run *l, const 
     for (size_t at = 0; at < l->count && !shd_is_cancelled(plan->cancelled);) {
         lit_run part = *l;
         part.first += at;
-        at += part.count = part_of(l, at, chunk, level + 1 < last, &s->survey);
+        at += part.count = part_of(l, at, chunk, level + 2 < SHD_AFAR_LEVELS, &s->survey);
         light_from_afar(scenery, &part, chunk, level + 1, whole, s);
     }
 }
