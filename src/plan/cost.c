@@ -344,6 +344,33 @@ shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_ke
     return cost;
 }
 
+double shd_plan_most_cost(const shd_plan *plan, shd_tier tier, const shd_kernel_cost *costs) {
+    static const double FILLED = 6; /* times the radius' square: no shape fills more (seen_of) */
+    const shd_scene *scene = plan->scene;
+    const shd_camera *camera = &scene->camera;
+    const double all = (double)scene->raster.width * scene->raster.height,
+                 factor = light_factor(plan, costs, tier), per_length = pixels_of(scene);
+    double sum = 0;
+    if (plan->bunches || plan->extended) return INFINITY;
+    for (size_t i = 0; i < scene->object_count; i++) {
+        const shd_plan_object *bounds = &plan->objects[i];
+        if (triangles_of(&scene->objects[i])) return INFINITY;
+        double met = all, area = all;
+        if (bounds->bounded) {
+            const double distance = shd_length(shd_sub(camera->position, bounds->center)),
+                         pixels = camera->projection == SHD_PERSPECTIVE
+                                      ? per_length / shd_larger(distance, bounds->radius)
+                                      : per_length,
+                         reach = bounds->radius * pixels, around = reach + BLOCK * sqrt(0.5);
+            met = shd_smaller(SHD_PI * around * around, all);
+            area = shd_smaller(FILLED * reach * reach, all);
+        }
+        sum += met * rays[scene->objects[i].shape] * slower_rays[plan->isa] +
+               area * light_of(plan, i, &costs[tier], factor, area, tier);
+    }
+    return PIXEL + scene->raster.samples * sum / all;
+}
+
 void shd_plan_rank_tiers(const shd_plan *plan, const shd_kernel_cost *costs,
                          shd_tier out[SHD_EXACT + 1]) {
     double total[SHD_EXACT + 1];

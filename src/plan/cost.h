@@ -23,6 +23,11 @@ const shd_kernel_cost *shd_plan_kernel_costs(const shd_plan *plan);
 /* What the plan costs in a tier, if lights cost `costs`. */
 shd_ray_cost shd_plan_ray_cost(const shd_plan *plan, shd_tier tier, const shd_kernel_cost *costs);
 
+/* No less than the whole of that, but for rounding, and in a fraction of its time: it looks at
+ * spheres around objects alone. Infinite where this is not told: of triangles, bunches of lights,
+ * or extended plans. */
+double shd_plan_most_cost(const shd_plan *plan, shd_tier tier, const shd_kernel_cost *costs);
+
 /* Nanoseconds of a light at a hit in an extended plan, of which `vectors` are those of a point on
  * Phong's model; but for the rays to it. Inside of plan/. */
 double shd_beyond_cost(const shd_plan *plan, const shd_plan_material *m,

@@ -199,8 +199,13 @@ double shd_rendering_seconds(const shd_rendering *r) {
 }
 
 static shd_status check_work(const shd_rendering *r, shd_error *error) {
+    const shd_plan *plan = r->plan;
+    const double pixels = (double)plan->scene->raster.w * plan->scene->raster.h,
+                 most = shd_plan_most_cost(plan, plan->tier, shd_plan_kernel_costs(plan)),
+                 work = (double)r->limits->work;
+    if (pixels * most / 1e9 <= work) return SHD_OK;
     const double seconds = shd_rendering_seconds(r);
-    if (seconds <= (double)r->limits->work) return SHD_OK;
+    if (seconds <= work) return SHD_OK;
     shd_fail(error, SHD_LIMIT, "",
              "it is expected to take %.0f seconds of one processor; the limit `work` is %llu",
              seconds, (unsigned long long)r->limits->work);

@@ -2,23 +2,20 @@
 
 /* The scale of the unit form along each axis. */
 static shd_vec3 unit_size(const shd_object *object) {
-    const double r = object->radius, h = object->height;
-    const shd_vec3 sizes[SHD_SHAPE_COUNT] = {
-        [SHD_SPHERE] = {r, r, r}, [SHD_PLANE] = {1, 1, 1},    [SHD_DISC] = {r, r, r},
-        [SHD_BOX] = object->size, [SHD_CYLINDER] = {r, h, r}, [SHD_CONE] = {r, h, r},
-        [SHD_TORUS] = {r, r, r},  [SHD_MESH] = {1, 1, 1}};
-    return sizes[object->shape];
+    const double r = object->radius;
+    const shd_shape shape = object->shape;
+    if (shape == SHD_PLANE || shape == SHD_MESH) return (shd_vec3){1, 1, 1};
+    if (shape == SHD_BOX) return object->size;
+    return (shd_vec3){r, shape == SHD_CYLINDER || shape == SHD_CONE ? object->height : r, r};
 }
 
 shd_affine shd_object_to_world(const shd_object *object) {
-    shd_vec3 size = unit_size(object);
-    shd_affine sized = object->transform;
-    for (int r = 0; r < 3; r++) {
-        sized.linear[r][0] *= size.x;
-        sized.linear[r][1] *= size.y;
-        sized.linear[r][2] *= size.z;
-    }
-    return sized;
+    const shd_vec3 s = unit_size(object);
+    const double(*m)[3] = object->transform.linear;
+    return (shd_affine){{{m[0][0] * s.x, m[0][1] * s.y, m[0][2] * s.z},
+                         {m[1][0] * s.x, m[1][1] * s.y, m[1][2] * s.z},
+                         {m[2][0] * s.x, m[2][1] * s.y, m[2][2] * s.z}},
+                        object->transform.origin};
 }
 
 bool shd_object_frame(const shd_object *object, shd_affine *to_world, shd_affine *from_world) {
@@ -61,7 +58,7 @@ bool shd_object_bounds(const shd_object *object, shd_vec3 *center, double *radiu
     *radius = 0;
     for (int corner = 0; corner < 8; corner++) {
         shd_vec3 q = shd_transform(&object->transform, shd_box_corner(low, high, corner));
-        *radius = fmax(*radius, shd_length(shd_sub(q, *center)));
+        *radius = shd_larger(shd_length(shd_sub(q, *center)), *radius);
     }
     return true;
 }

@@ -32,10 +32,11 @@ SHD_INLINE void show_ball(const shd_seen_ball *ball, const shd_batch *restrict b
                           double *restrict t, shd_stage *restrict out, bool orthographic,
                           bool far) {
     const shd_seen_ball own = *ball;
+    const double scale = own.size * b->scale;
     SHD_EACH_LANE(i) {
         const shd_ball_hit hit = shd_meet_lane(&own, b, i, orthographic, far);
         t[i] = hit.t * own.size;
-        shd_set_lane32(out->position32, i, shd_madd(own.center, hit.at, own.scale));
+        shd_set_lane32(out->position32, i, shd_madd(own.center, hit.at, scale));
         shd_set_lane32(out->normal32, i, shd_scale(hit.at, hit.side < 0 ? 1 : own.turned));
         /* N.V is half the chord, because V is minus the ray, at right angles to the foot. */
         shd_set_lane32(out->mirror32, i,
@@ -48,11 +49,12 @@ SHD_INLINE void show_ball_in(const shd_seen_ball *ball, const shd_batch *restric
                              unsigned sectors, shd_stage *restrict out, bool orthographic,
                              bool far) {
     const shd_seen_ball own = *ball;
+    const double scale = own.size * b->scale;
     for (; sectors; sectors &= sectors - 1) {
         const int first = 8 * __builtin_ctz(sectors);
         for (int i = first; i < first + 8; i++) {
             const shd_ball_hit hit = shd_meet_lane(&own, b, i, orthographic, far);
-            shd_set_lane32(out->position32, i, shd_madd(own.center, hit.at, own.scale));
+            shd_set_lane32(out->position32, i, shd_madd(own.center, hit.at, scale));
             shd_set_lane32(out->normal32, i, shd_scale(hit.at, hit.side < 0 ? 1 : own.turned));
             shd_set_lane32(out->mirror32, i,
                            shd_madd(shd_lane(b->direction, i), hit.at, -2 * hit.side));
@@ -111,7 +113,7 @@ static bool pack_lanes(const shd_seen_object *objects, const shd_batch *b, const
         shd_set_lane(p->direction, n, shd_lane(b->direction, i));
         shd_set_lane(p->origin, n, origin);
         shd_set_lane(p->center, n, g->ball.center);
-        p->scale[n] = g->ball.scale;
+        p->scale[n] = g->ball.size * b->scale;
         p->turned[n] = g->ball.turned;
     }
     for (; n % 8; n++) {

@@ -40,6 +40,7 @@ typedef struct shd_batch {
     double direction[3][SHD_RAYS];               /* unit */
     double start[3][SHD_RAYS];                   /* set in an orthographic camera */
     double cosine[SHD_RAYS];                     /* between the ray and the camera's axis */
+    double scale;                                /* of the plan's frame */
     bool orthographic;
     shd_work work[2];
     shd_surfaces surfaces;

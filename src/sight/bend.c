@@ -170,14 +170,16 @@ static bool strike_part(shd_vec3 eye, const beam *b, double size, double spread,
     return cosine >= least;
 }
 
-static bool bend_ball(const shd_lens *lens, const shd_item *it, const beam *b, shd_bend *out,
+static bool bend_ball(const shd_sight *sight, uint32_t object, const beam *b, shd_bend *out,
                       shd_block_rays *rays) {
+    const shd_seen_ball *ball = &sight->seen[object].ball;
     strike s;
-    if (!strike_ball(shd_madd(it->eye, b->origin, 1 / it->size), b, it->size, &s)) return false;
+    if (!strike_ball(shd_madd(ball->eye, b->origin, 1 / ball->size), b, ball->size, &s))
+        return false;
     out->normal = s.normal;
-    out->point = shd_madd(it->to_world.origin, out->normal, it->size);
-    set_slopes(b, s.farthest, s.cosine, it->size, 1, out);
-    set_rays(lens, b, NULL, s.t, s.cosine, it->size, true, rays);
+    out->point = shd_madd(sight->plan->objects[object].center, out->normal, ball->size);
+    set_slopes(b, s.farthest, s.cosine, ball->size, 1, out);
+    set_rays(&sight->lens, b, NULL, s.t, s.cosine, ball->size, true, rays);
     rays->middle = s.normal;
     return true;
 }
@@ -274,13 +276,13 @@ typedef bool bend_function(const shd_sight *sight, const shd_middle *middle, shd
 
 static bool bend_whole(const shd_sight *sight, const shd_middle *middle, shd_bend *out,
                        shd_block_rays *rays) {
-    const shd_item *it = &sight->items[middle->object];
-    if (it->shape != SHD_SPHERE && it->shape != SHD_PLANE) return false;
+    const shd_item *it = sight->items[middle->object]; /* NULL: a ball */
+    if (it && it->shape != SHD_SPHERE && it->shape != SHD_PLANE) return false;
     out->reach = HALF * ROOT2;
     const beam b = beam_of(&sight->lens, middle->x, middle->y, out->reach);
     out->object = middle->object;
     out->view = shd_scale(b.way, -1);
-    return it->ball                 ? bend_ball(&sight->lens, it, &b, out, rays)
+    return !it                      ? bend_ball(sight, middle->object, &b, out, rays)
            : it->shape == SHD_PLANE ? bend_plane(sight, it, &b, out, rays)
                                     : bend_ellipsoid(&sight->lens, it, &b, out, rays);
 }
@@ -288,19 +290,19 @@ static bool bend_whole(const shd_sight *sight, const shd_middle *middle, shd_ben
 /* Tells of a ball from the pixel that is (x, y) beside the middle. */
 static bool bend_from(const shd_sight *sight, const shd_middle *middle, double x, double y,
                       shd_bend *out, shd_block_rays *rays) {
-    const shd_item *it = &sight->items[middle->object];
+    const shd_seen_ball *ball = &sight->seen[middle->object].ball;
     const double spread = ((SHD_BLOCK_SIDE - 1) * 0.5 * ROOT2 + sqrt(x * x + y * y)) * (1 + SLACK);
     const beam b = beam_of(&sight->lens, middle->x + x, middle->y + y, spread);
     strike s;
-    if (!strike_part(shd_madd(it->eye, b.origin, 1 / it->size), &b, it->size, spread, &s))
+    if (!strike_part(shd_madd(ball->eye, b.origin, 1 / ball->size), &b, ball->size, spread, &s))
         return false;
     out->object = middle->object;
     out->reach = spread;
     out->view = shd_scale(b.way, -1);
     out->normal = s.normal;
-    out->point = shd_madd(it->to_world.origin, out->normal, it->size);
-    set_slopes(&b, s.farthest, s.cosine, it->size, 1, out);
-    set_rays(&sight->lens, &b, NULL, s.t, s.cosine, it->size, true, rays);
+    out->point = shd_madd(sight->plan->objects[middle->object].center, out->normal, ball->size);
+    set_slopes(&b, s.farthest, s.cosine, ball->size, 1, out);
+    set_rays(&sight->lens, &b, NULL, s.t, s.cosine, ball->size, true, rays);
     rays->middle = s.normal;
     rays->x = x;
     rays->y = y;
@@ -313,10 +315,10 @@ static bool bend_from(const shd_sight *sight, const shd_middle *middle, double x
 static bool bend_part(const shd_sight *sight, const shd_middle *middle, shd_bend *out,
                       shd_block_rays *rays) {
     enum { STEPS = 2 };
-    const shd_item *it = &sight->items[middle->object];
-    if (!it->ball) return false;
+    if (sight->items[middle->object]) return false; /* it is no ball */
+    const shd_seen_ball *ball = &sight->seen[middle->object].ball;
     const beam b = beam_of(&sight->lens, middle->x, middle->y, HALF * ROOT2);
-    const shd_vec3 eye = shd_madd(it->eye, b.origin, 1 / it->size),
+    const shd_vec3 eye = shd_madd(ball->eye, b.origin, 1 / ball->size),
                    foot = shd_madd(eye, b.way, -shd_dot(eye, b.way));
     const double x = -shd_dot(foot, sight->lens.camera->right),
                  y = shd_dot(foot, sight->lens.camera->up), most = fmax(fabs(x), fabs(y));
@@ -345,7 +347,8 @@ static bool bend_first(const shd_sight *sight, const shd_survey *survey, size_t 
         double beyond = INFINITY;
         for (size_t k = 0; k < count; k++)
             if (k != i) beyond = shd_smaller(beyond, seen[k].nearest);
-        if (!(sight->seen[middle.object].nearest < beyond) || !tell(sight, &middle, out, rays))
+        if (!((double)sight->seen[middle.object].nearest < beyond) ||
+            !tell(sight, &middle, out, rays))
             continue;
         const shd_vec3 from = shd_sub(out->point, camera->position);
         const double depth = -shd_dot(from, camera->back) + out->points.first * out->reach;
@@ -388,8 +391,8 @@ bool shd_sight_misses(const shd_sight *sight, const shd_survey *survey, size_t b
     const shd_block *at = &survey->blocks[block];
     if (at->count != 1 || at->next < survey->candidate_count) return false;
     const shd_middle middle = middle_of(survey, block, survey->candidates[at->first]);
-    const shd_item *it = &sight->items[middle.object];
-    if (it->shape != SHD_SPHERE || it->ball) return false;
+    const shd_item *it = sight->items[middle.object];
+    if (!it || it->shape != SHD_SPHERE) return false;
     const beam b = beam_of(&sight->lens, middle.x, middle.y, HALF * ROOT2);
     beam own;
     if (!carry_beam(&sight->lens, &b, &it->from_world, it->widest, &own)) return false;

@@ -70,7 +70,7 @@ size_t shd_sight_shoot_block(const shd_sight *sight, shd_survey *survey, size_t 
     for (size_t first = 0; first < shots->count && !shd_is_cancelled(sight->cancelled);) {
         shd_targets known = {survey->candidates + b->first, b->count, INFINITY, true};
         if (b->next < survey->candidate_count)
-            known.beyond = sight->seen[survey->candidates[b->next]].nearest;
+            known.beyond = (double)sight->seen[survey->candidates[b->next]].nearest;
         first = VARIANTS[sight->plan->isa](sight, &known, shots, first, out);
         if (first < shots->count) shd_survey_further(sight, survey, block);
     }

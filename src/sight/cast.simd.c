@@ -21,8 +21,8 @@ static bool shows_balls_quickly(wants want) {
     return want.fast && !want.low && !want.world;
 }
 
-static bool is_quick(const shd_item *it, wants want) {
-    return it->ball && shows_balls_quickly(want);
+static bool is_quick(const shd_seen_object *one, wants want) {
+    return one->is_ball && shows_balls_quickly(want);
 }
 
 /* ---- Other shapes, in their frames. ---- */
@@ -162,12 +162,14 @@ void SHD_VARIANT(shd_place_shape)(const shd_item *it, shd_batch *b, shd_work *wo
 /* Shows object `object`. Unless it is `made`, its `work` is made again. */
 static void show_object(const shd_sight *sight, int object, shd_batch *b, shd_work *work, bool made,
                         wants want, const shd_stage *hits, shd_stage *out) {
-    const shd_item *it = &sight->items[object];
+    const shd_seen_object *one = &sight->seen[object];
     SHD_ALIGNED double t[SHD_RAYS];
-    if (is_quick(it, want)) {
-        SHD_VARIANT(shd_show_ball)(it->ball, b, t, out);
+    if (is_quick(one, want)) {
+        SHD_VARIANT(shd_show_ball)(&one->ball, b, t, out);
         return;
     }
+    shd_item room;
+    const shd_item *it = shd_item_of(sight, (size_t)object, &room);
     if (it->shape == SHD_MESH)
         SHD_VARIANT(shd_place_mesh)(it, object, hits, &b->surfaces);
     else
@@ -230,11 +232,11 @@ static void show_hits(const shd_sight *sight, shd_batch *b, int held, int holder
         if (object == SHD_NOTHING) continue;
         const size_t mine = shd_take_lanes(left, object);
         const bool made = (int)object == holder, alone = mine == hits;
-        const shd_item *it = &sight->items[(int)object];
+        const shd_seen_object *one = &sight->seen[(int)object];
         shown += (int)mine;
-        if (!alone && is_quick(it, want)) {
+        if (!alone && is_quick(one, want)) {
             const unsigned vectors = vectors_of(out->object, object);
-            SHD_VARIANT(shd_show_ball_in)(it->ball, b, vectors, &part);
+            SHD_VARIANT(shd_show_ball_in)(&one->ball, b, vectors, &part);
             take_quick(&part, object, vectors, out);
             continue;
         }
@@ -259,7 +261,7 @@ static bool cast_batch(const shd_sight *sight, const shd_targets *targets, const
     const size_t left = shots->count - first;
     const int used = left < SHD_RAYS ? (int)left : SHD_RAYS;
     const shd_seen_object *one = targets->count == 1 ? &sight->seen[targets->objects[0]] : NULL;
-    const bool quick = one && one->is_ball && shows_balls_quickly(want);
+    const bool quick = one && is_quick(one, want);
     shd_batch b;
     shd_stage stage;
     int held = 0, holder = SHD_NOTHING;

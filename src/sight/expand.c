@@ -37,20 +37,22 @@ static beam beam_of(const shd_lens *lens, const shd_middle *at) {
                   shd_scale(down, 1 / length)};
 }
 
-static bool meet_ball(const shd_item *it, const beam *b, shd_strike *m, shd_analytic *out) {
-    const shd_vec3 eye = shd_madd(it->eye, b->origin, 1 / it->size);
+static bool meet_ball(const shd_sight *sight, uint32_t object, const beam *b, shd_strike *m,
+                      shd_analytic *out) {
+    const shd_seen_ball *ball = &sight->seen[object].ball;
+    const shd_vec3 eye = shd_madd(ball->eye, b->origin, 1 / ball->size);
     const double along = shd_dot(eye, b->way), away = shd_length(eye);
     const shd_vec3 foot = shd_madd(eye, b->way, -along);
     const double beside = shd_length(foot), square = 1 - beside * beside;
     if (!(away > 1 + 1e-3) || !(away < FARTHEST) || !(square > LEAST_COSINE * LEAST_COSINE))
         return false;
     *m = (shd_strike){.ball = true,
-                      .size = it->size,
+                      .size = ball->size,
                       .t = -along - sqrt(square),
                       .along = -along,
                       .beside = beside};
     out->normal = shd_madd(foot, b->way, -sqrt(square));
-    out->point = shd_madd(it->to_world.origin, out->normal, it->size);
+    out->point = shd_madd(sight->plan->objects[object].center, out->normal, ball->size);
     return m->t > 1e-3;
 }
 
@@ -96,8 +98,8 @@ static shd_vec3 point_moves(const shd_analytic *a, const beam *b, shd_vec3 move)
 static bool expand_object(const shd_sight *sight, uint32_t object, const shd_middle *middle,
                           double side, double beyond, shd_analytic *out) {
     static const double ROOT2 = 1.4142135624;
-    const shd_item *it = &sight->items[object];
-    if (!it->ball && it->shape != SHD_PLANE) return false;
+    const shd_item *it = sight->items[object]; /* NULL: a ball */
+    if (it && it->shape != SHD_PLANE) return false;
     const shd_camera *camera = sight->lens.camera;
     const beam b = beam_of(&sight->lens, middle);
     out->object = object;
@@ -105,7 +107,8 @@ static bool expand_object(const shd_sight *sight, uint32_t object, const shd_mid
     out->side = (int)side;
     out->centers = (side - 1) / 2 * ROOT2;
     shd_strike *m = &out->strike;
-    if (!(it->ball ? meet_ball(it, &b, m, out) : meet_plane(sight, it, &b, m, out))) return false;
+    if (!(it ? meet_plane(sight, it, &b, m, out) : meet_ball(sight, object, &b, m, out)))
+        return false;
     const shd_vec3 from = shd_sub(out->point, camera->position);
     const double depth = -shd_dot(from, camera->back) + SLACK * shd_length(from);
     if (!(depth < beyond)) return false;

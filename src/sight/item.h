@@ -5,6 +5,8 @@
  * of radius 1 and a tube of the ratio of its radii. shd_object_frame maps it to the world. */
 #pragma once
 
+#include <assert.h>
+
 #include "plan/nodes.h"
 #include "sight/mesh.h"
 #include "sight/sight.h"
@@ -42,7 +44,6 @@ typedef struct shd_seen_ball {
     shd_vec3 eye;    /* the camera's position from its center */
     shd_vec3 center; /* in the plan's frame */
     double size;     /* the radius */
-    double scale;    /* the radius in the plan's frame */
     float turned;    /* -1: normals that face away are negated; else 1 */
     bool far;        /* the eye is so far away that rays have to be moved twice */
 } shd_seen_ball;
@@ -85,12 +86,9 @@ typedef enum shd_outline_kind {
 } shd_outline_kind;
 
 typedef struct shd_outline {
-    shd_outline_kind kind;
-    bool tube;       /* it is a torus, of which more can be told */
     shd_vec3 center; /* the sphere's, from the camera; or a, b, c */
-    double radius;
-    double tangent; /* of a cone: the length of tangents to the sphere */
-    double margin;  /* for rounding */
+    double radius;   /* the sphere's; or what rounding may add */
+    double tangent;  /* of a cone: the length of tangents to the sphere */
 } shd_outline;
 
 /* The part of a pixel by which outlines, and rectangles that they are held against, are widened on
@@ -102,21 +100,31 @@ typedef struct shd_frames {
     float *left, *right, *top, *bottom;
 } shd_frames;
 
-/* What is asked of each object that may be in the way, and of many balls nothing else: three cache
+/* What is asked of each object that may be in the way, and all that is kept of a ball: two cache
  * lines, where an item has a dozen. */
 typedef struct shd_seen_object {
     _Alignas(64) shd_frame frame; /* no ray meets it that passes beside this */
-    double nearest;               /* no ray meets it at a smaller depth, along the camera's axis */
+    float nearest;                /* no ray meets it at a smaller depth, along the camera's axis */
+    uint8_t kind;                 /* of its outline */
+    bool tube;                    /* it is a torus, of which more can be told */
+    bool is_ball;
     shd_outline outline;
     shd_seen_ball ball; /* if it is one */
-    bool is_ball;
 } shd_seen_object;
+
+static_assert(sizeof(shd_seen_object) == 128, "all of it is fetched at once");
 
 /* Asks for what is seen of an object ahead of its use: of many objects, few are in caches. */
 static inline void shd_fetch_seen(const shd_seen_object *g) {
-    for (size_t line = 0; line < sizeof *g / 64; line++)
-        __builtin_prefetch((const char *)g + 64 * line);
+    __builtin_prefetch(&g->frame);
+    __builtin_prefetch(&g->ball);
 }
+
+/* What is sorted instead of seen objects, which are large. */
+typedef struct shd_distance {
+    float nearest; /* not -0 */
+    uint32_t object;
+} shd_distance;
 
 enum { SHD_CELL = 32 };
 
@@ -124,14 +132,17 @@ struct shd_sight {
     const shd_plan *plan;
     const atomic_bool *cancelled;
     shd_lens lens;
-    shd_item *items;       /* as shd_scene.objects */
-    shd_seen_object *seen; /* the same */
+    shd_seen_object *seen; /* as shd_scene.objects */
+    /* The same; NULL: a ball, whose item is made when it is asked for. Of many balls, they would
+     * fill more memory than caches have. */
+    const shd_item **items;
     size_t count;
-    bool has_built;       /* a tree */
-    bool has_balls;       /* some item is one */
-    size_t seen_vertices; /* of all views that are whole */
-    uint32_t *order;      /* [count]: roughly nearer ones first */
-    shd_frames frames;    /* [count]: in that order; not set if there are cells */
+    bool has_built;          /* a tree */
+    bool has_balls;          /* some item is one */
+    size_t seen_vertices;    /* of all views that are whole */
+    uint32_t *order;         /* [count]: roughly nearer ones first */
+    shd_distance *distances; /* [2][count]: what they are sorted by */
+    shd_frames frames;       /* [count]: in that order; not set if there are cells */
     /* Cells of the picture, SHD_CELL pixels wide and high, or as wide as the picture: the objects
      * that reach into cell c, row by row, are celled[cells[c]] up to celled[cells[c + 1]], in that
      * order. NULL: there are few objects, or they are large. */
@@ -141,6 +152,9 @@ struct shd_sight {
     /* The sample pattern, shd_center_sample and those of shd_rule_sample. */
     double offset_x[65 + SHD_NODES_OWN], offset_y[65 + SHD_NODES_OWN];
 };
+
+/* An object's item: that of a ball is made in `room`. */
+const shd_item *shd_item_of(const shd_sight *sight, size_t object, shd_item *room);
 
 /* The size of each component. */
 static inline shd_vec3 shd_sizes(shd_vec3 v) {
@@ -167,5 +181,8 @@ typedef size_t shd_shoot_function(const shd_sight *sight, const shd_targets *tar
                                   const shd_shots *shots, size_t first, shd_hits *out);
 shd_shoot_function shd_shoot_portable, shd_shoot_avx2, shd_shoot_avx512;
 
-/* Fills order, frames or cells, and all of `seen` but balls. False: the arena is full. */
-bool shd_sight_outline(shd_sight *sight, shd_arena *arena);
+/* Fills an object's distance, and all of its `seen` but a ball. */
+void shd_sight_outline(shd_sight *sight, size_t object);
+
+/* Fills order, and frames or cells, of all distances. False: the arena is full. */
+bool shd_sight_order(shd_sight *sight, shd_arena *arena);

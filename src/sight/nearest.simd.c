@@ -13,7 +13,8 @@ static const double CLOSE = 0x1p-24;
 /* Adds how far rounding may have moved t, in the lanes that hit `object`. */
 static void add_rounding(const shd_sight *sight, double object, shd_batch *b, const double *t,
                          const double *whose, const uint32_t *triangle, double *margin) {
-    const shd_item *it = &sight->items[(int)object];
+    shd_item room;
+    const shd_item *it = shd_item_of(sight, (size_t)object, &room);
     shd_work work;
     if (it->shape != SHD_MESH) SHD_VARIANT(shd_place_shape)(it, b, &work, false);
     for (int i = 0; i < SHD_RAYS; i++) {
@@ -159,19 +160,19 @@ static int find_few(const shd_sight *sight, const shd_targets *targets, shd_batc
     int held = 0;
     bool some = false; /* lane hit an object */
     for (size_t k = 0; k < targets->count; k++) {
-        const shd_item *it = &sight->items[targets->objects[k]];
         const shd_seen_object *one = &sight->seen[targets->objects[k]];
+        const shd_item *it = one->is_ball ? NULL : sight->items[targets->objects[k]];
         const double object = targets->objects[k];
-        if (!one->is_ball && it->shape == SHD_MESH) {
+        if (it && it->shape == SHD_MESH) {
             const double limit = some ? SHD_VARIANT(shd_end_of)(b, out) : INFINITY;
-            if (one->nearest > limit ||
+            if ((double)one->nearest > limit ||
                 !SHD_VARIANT(shd_find_mesh)(&sight->lens, it, b, limit, &met) ||
                 !(some ? keep_nearer(sight, object, b, met.t, met.triangle, out)
                        : keep_first(object, met.t, out)))
                 continue;
             take_triangles(&met, object, out);
         } else {
-            if (one->is_ball)
+            if (!it)
                 SHD_VARIANT(shd_find_ball)(&one->ball, b, t);
             else
                 SHD_VARIANT(shd_find_shape)(it, b, &b->work[!held], t);
@@ -210,7 +211,8 @@ static void bound_sectors(const shd_batch *b, bool framed, outlook *look) {
 static unsigned sectors_reached(const outlook *look, const shd_seen_object *g) {
     const shd_vd left = shd_vd_set((double)g->frame.left),
                  right = shd_vd_set((double)g->frame.right), top = shd_vd_set((double)g->frame.top),
-                 bottom = shd_vd_set((double)g->frame.bottom), nearest = shd_vd_set(g->nearest);
+                 bottom = shd_vd_set((double)g->frame.bottom),
+                 nearest = shd_vd_set((double)g->nearest);
     unsigned beside = 0;
     for (int v = 0; v < SHD_SECTORS; v += SHD_W / 2) { /* not-a-number reaches anywhere */
         const shd_md across = shd_md_or(shd_vd_gt(shd_vd_load(look->left + v), right),
@@ -305,17 +307,17 @@ static int find_many(const shd_sight *sight, const shd_targets *targets, shd_bat
     int held = 0, unlimited = 0;
     bound_sectors(b, targets->surveyed, &look);
     for (size_t k = 0; k < targets->count && !is_late(sight, k); k++) {
-        const shd_item *it = &sight->items[targets->objects[k]];
         const shd_seen_object *one = &sight->seen[targets->objects[k]];
+        const shd_item *it = one->is_ball ? NULL : sight->items[targets->objects[k]];
         const double object = targets->objects[k];
-        if (unlimited >= (one->is_ball ? OFTEN : 1)) {
+        if (unlimited >= (it ? 1 : OFTEN)) {
             limit_sectors(b, out, &look);
             unlimited = 0;
         }
-        if (targets->surveyed && one->nearest > look.farthest) break;
+        if (targets->surveyed && (double)one->nearest > look.farthest) break;
         const unsigned sectors = sectors_reached(&look, one);
         if (!sectors) continue;
-        if (one->is_ball) {
+        if (!it) {
             find_ball_in(sight, targets->objects[k], b, sectors, t, out);
             unlimited++;
         } else if (it->shape != SHD_MESH) {

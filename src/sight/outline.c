@@ -1,6 +1,7 @@
 /* Outlines of objects: where in the picture each may be seen, from which depth on, and lists of
  * what is seen where. survey.c holds rectangles of pixels against them. */
 #include <assert.h>
+#include <float.h>
 #include <string.h>
 
 #include "base/bits.h"
@@ -30,7 +31,7 @@ static void grow_ranges(range *p, range *q, double x, double y) {
 }
 
 static range common_range(range a, range b) {
-    return (range){fmax(a.low, b.low), fmin(a.high, b.high)};
+    return (range){shd_larger(a.low, b.low), shd_smaller(a.high, b.high)};
 }
 
 /* Widens a range by more than rounding moves it on the image plane. */
@@ -40,7 +41,8 @@ static range widened_range(range r) {
 
 /* Where an object may be seen: its outline, and the rectangle around it on the image plane. */
 typedef struct sighting {
-    shd_outline outline;
+    shd_outline_kind kind;
+    shd_outline *outline;
     range p, q;
     double nearest;
 } sighting;
@@ -48,10 +50,17 @@ typedef struct sighting {
 /* Makes a frame from the image plane. Rounding to f32 is less than a hundredth of any pixel. */
 static shd_frame frame_of(const shd_lens *lens, const sighting *from) {
     const range p = widened_range(from->p), q = widened_range(from->q);
-    return (shd_frame){(float)((p.low / lens->half_x + 1) * lens->width / 2 - SHD_WIDER),
-                       (float)((p.high / lens->half_x + 1) * lens->width / 2 + SHD_WIDER),
-                       (float)((1 - q.high / lens->half_y) * lens->height / 2 - SHD_WIDER),
-                       (float)((1 - q.low / lens->half_y) * lens->height / 2 + SHD_WIDER)};
+    const double across = lens->middle_x / lens->half_x, down = lens->middle_y / lens->half_y;
+    return (shd_frame){(float)(lens->middle_x + p.low * across - SHD_WIDER),
+                       (float)(lens->middle_x + p.high * across + SHD_WIDER),
+                       (float)(lens->middle_y - q.high * down - SHD_WIDER),
+                       (float)(lens->middle_y - q.low * down + SHD_WIDER)};
+}
+
+/* The next f32 that is no larger than x >= 0, and not -0. */
+static float rounded_down(double x) {
+    const float y = (float)(x < FLT_MAX ? x : FLT_MAX);
+    return (double)y > x ? shd_float_of(shd_bits_of(y) - 1) : y + 0.0f;
 }
 
 /* More than rounding makes of depths, relative to the sizes of what they are made of. */
@@ -109,21 +118,23 @@ static bool vertex_ranges(const shd_item *it, shd_vec3 v, range *p, range *q, do
 }
 
 /* A ray hits a plane if it goes toward it: on one side of a line on the image plane. */
-static void outline_plane(const shd_sight *sight, const shd_item *it, shd_outline *out) {
+static void outline_plane(const shd_sight *sight, const shd_item *it, sighting *s) {
+    shd_outline *out = s->outline;
     const shd_camera *camera = sight->lens.camera;
     const shd_vec3 up = in_camera(camera, shd_vec3_at(it->from_world.linear[1], 0));
     const bool orthographic = camera->projection == SHD_ORTHOGRAPHIC;
     /* Along the plane's normal, either the ray's origin or its direction is fixed for all rays, and
      * the other one depends on the pixel. */
     double fixed = orthographic ? up.z : it->eye.y, sign = fixed > 0 ? 1 : -1;
-    out->kind = fixed == 0 ? SHD_OUTLINE_NONE : SHD_OUTLINE_HALF;
+    s->kind = fixed == 0 ? SHD_OUTLINE_NONE : SHD_OUTLINE_HALF;
     out->center = (shd_vec3){sign * up.x, sign * up.y, sign * (orthographic ? it->eye.y : up.z)};
     double error = orthographic ? shd_max_abs(shd_sub(camera->position, it->to_world.origin)) : 1;
-    out->margin = 1e-12 * error * shd_max_abs(up);
+    out->radius = 1e-12 * error * shd_max_abs(up);
 }
 
+/* `it`: NULL for a ball. */
 static void outline_sphere(const shd_sight *sight, size_t index, const shd_item *it, sighting *s) {
-    shd_outline *out = &s->outline;
+    shd_outline *out = s->outline;
     const shd_camera *camera = sight->lens.camera;
     const shd_plan_object *bounds = &sight->plan->objects[index];
     shd_vec3 v = in_camera(camera, shd_sub(bounds->center, camera->position));
@@ -131,35 +142,35 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
     range p, q;
     double depth = 0;
     /* Around a ball before the eye, tangents are closer than a box. */
-    const bool mesh = it->shape == SHD_MESH, round = it->ball && v.z > 2 * radius,
+    const bool mesh = it && it->shape == SHD_MESH, round = !it && v.z > 2 * radius,
                ranged = mesh && it->view.vertices
                             ? vertex_ranges(it, v, &p, &q, &radius, &depth)
                             : !round && corner_ranges(sight, index, &p, &q, &depth);
-    if (it->shape == SHD_SPHERE)
-        radius = fmin(radius, it->ball ? it->size : shd_norm(&it->to_world));
+    if (!it)
+        radius = shd_smaller(radius, sight->seen[index].ball.size);
+    else if (it->shape == SHD_SPHERE)
+        radius = fmin(radius, shd_norm(&it->to_world));
     radius *= 1 + 1e-9;
     const double distance = shd_length(v);
     if (!isfinite(distance) || !isfinite(radius)) {
-        out->kind = SHD_OUTLINE_ALL;
+        s->kind = SHD_OUTLINE_ALL;
         return;
     }
     out->center = v;
     out->radius = radius;
     if (v.z + radius <= 0) {
-        out->kind = SHD_OUTLINE_NONE;
+        s->kind = SHD_OUTLINE_NONE;
         return;
     }
-    s->nearest = fmax(0, fmax(depth, v.z - radius - DEEPER * distance));
+    s->nearest = shd_larger(shd_larger(v.z - radius - DEEPER * distance, depth), 0);
     if (camera->projection == SHD_ORTHOGRAPHIC) {
-        out->kind = SHD_OUTLINE_ROUND;
-        out->margin = 1e-12 * fmax(fabs(v.x), fabs(v.y));
-        const double reach = radius + out->margin;
+        s->kind = SHD_OUTLINE_ROUND;
+        const double reach = radius + 1e-12 * fmax(fabs(v.x), fabs(v.y));
         s->p = (range){v.x - reach, v.x + reach};
         s->q = (range){v.y - reach, v.y + reach};
     } else {
-        out->kind = distance > radius ? SHD_OUTLINE_CONE : SHD_OUTLINE_ALL;
+        s->kind = distance > radius ? SHD_OUTLINE_CONE : SHD_OUTLINE_ALL;
         out->tangent = sqrt(distance - radius) * sqrt(distance + radius);
-        out->margin = 1e-13 * distance;
         if (v.z > radius) {
             s->p = tangent_slopes(v.x, v.z, radius);
             s->q = tangent_slopes(v.y, v.z, radius);
@@ -171,29 +182,25 @@ static void outline_sphere(const shd_sight *sight, size_t index, const shd_item 
     }
 }
 
-/* What is sorted instead of sightings, which are large. */
-typedef struct place {
-    double nearest;
-    uint32_t object;
-} place;
-
 /* Sorts by distance, and of equal ones as they come: byte by byte of the bits, which are in the
  * order of numbers that are not negative. `spare` has as much room. */
-static void sort_places(place *places, place *spare, size_t count) {
-    place *from = places, *to = spare;
-    for (int shift = 0; shift < 64; shift += 8) {
-        size_t starts[257] = {0};
+static void sort_distances(shd_distance *distances, shd_distance *spare, size_t count) {
+    enum { DIGITS = 4 };
+    uint32_t starts[DIGITS][257] = {{0}};
+    shd_distance *from = distances, *to = spare;
+    for (size_t i = 0; i < count; i++)
+        for (int d = 0; d < DIGITS; d++)
+            starts[d][1 + (shd_bits_of(distances[i].nearest) >> 8 * d & 255)]++;
+    for (int d = 0; d < DIGITS; d++) {
+        if (starts[d][1 + (shd_bits_of(from[0].nearest) >> 8 * d & 255)] == count) continue;
+        for (int k = 1; k < 256; k++) starts[d][k + 1] += starts[d][k];
         for (size_t i = 0; i < count; i++)
-            starts[1 + (shd_bits64_of(from[i].nearest) >> shift & 255)]++;
-        if (starts[1 + (shd_bits64_of(from[0].nearest) >> shift & 255)] == count) continue;
-        for (int k = 1; k < 256; k++) starts[k + 1] += starts[k];
-        for (size_t i = 0; i < count; i++)
-            to[starts[shd_bits64_of(from[i].nearest) >> shift & 255]++] = from[i];
-        place *const sorted = to;
+            to[starts[d][shd_bits_of(from[i].nearest) >> 8 * d & 255]++] = from[i];
+        shd_distance *const sorted = to;
         to = from;
         from = sorted;
     }
-    if (from != places) memcpy(places, from, count * sizeof *places);
+    if (from != distances) memcpy(distances, from, count * sizeof *distances);
 }
 
 /* A rectangle of cells that an object's frame reaches into: first and last columns and rows. There
@@ -276,27 +283,26 @@ static bool list_frames(shd_sight *sight, shd_arena *arena) {
     return true;
 }
 
-bool shd_sight_outline(shd_sight *sight, shd_arena *arena) {
-    const size_t count = sight->count;
-    place *places = shd_arena_alloc(arena, count, 2 * sizeof *places);
-    sight->order = shd_arena_alloc(arena, count, sizeof *sight->order);
-    if (!places || !sight->order) return false;
+void shd_sight_outline(shd_sight *sight, size_t index) {
     const range all = {-INFINITY, INFINITY}, none = {INFINITY, -INFINITY};
-    for (size_t i = 0; i < count; i++) {
-        const shd_item *it = &sight->items[i];
-        shd_seen_object *one = &sight->seen[i];
-        sighting seen = {.outline.tube = it->shape == SHD_TORUS, .p = all, .q = all};
-        if (it->shape == SHD_PLANE)
-            outline_plane(sight, it, &seen.outline);
-        else
-            outline_sphere(sight, i, it, &seen);
-        if (seen.outline.kind == SHD_OUTLINE_NONE) seen.p = none;
-        one->outline = seen.outline;
-        one->nearest = seen.nearest;
-        one->frame = frame_of(&sight->lens, &seen);
-        places[i] = (place){seen.nearest + 0.0, (uint32_t)i}; /* -0 + 0 is 0 */
-    }
-    if (count) sort_places(places, places + count, count);
-    for (size_t k = 0; k < count; k++) sight->order[k] = places[k].object;
+    const shd_item *it = sight->items[index];
+    shd_seen_object *one = &sight->seen[index];
+    sighting seen = {.outline = &one->outline, .p = all, .q = all};
+    if (it && it->shape == SHD_PLANE)
+        outline_plane(sight, it, &seen);
+    else
+        outline_sphere(sight, index, it, &seen);
+    if (seen.kind == SHD_OUTLINE_NONE) seen.p = none;
+    one->frame = frame_of(&sight->lens, &seen);
+    one->nearest = rounded_down(seen.nearest);
+    one->kind = (uint8_t)seen.kind;
+    one->tube = it && it->shape == SHD_TORUS;
+    sight->distances[index] = (shd_distance){one->nearest, (uint32_t)index};
+}
+
+bool shd_sight_order(shd_sight *sight, shd_arena *arena) {
+    const size_t count = sight->count;
+    if (count) sort_distances(sight->distances, sight->distances + count, count);
+    for (size_t k = 0; k < count; k++) sight->order[k] = sight->distances[k].object;
     return fill_cells(sight, arena) && (sight->cells || list_frames(sight, arena));
 }

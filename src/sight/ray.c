@@ -23,8 +23,9 @@ typedef struct aim {
 
 struct shd_caster {
     const shd_sight *sight;
-    aim *aims;        /* [object] */
-    branch *branches; /* [branch_count]; 0: no object is bounded */
+    const shd_item **items; /* [object] */
+    aim *aims;              /* the same */
+    branch *branches;       /* [branch_count]; 0: no object is bounded */
     uint32_t branch_count;
     uint32_t *order; /* bounded objects, by leaf */
     uint32_t *endless;
@@ -117,6 +118,21 @@ static void grow_tree(shd_caster *c) {
     }
 }
 
+/* All items, and those of balls among them: rays ask for these one by one. NULL: the arena is full.
+ */
+static const shd_item **list_items(const shd_sight *sight, shd_arena *arena) {
+    const shd_item **items = shd_arena_alloc(arena, sight->count, sizeof *items);
+    size_t balls = 0;
+    for (size_t i = 0; i < sight->count; i++) balls += !sight->items[i];
+    shd_item *room = shd_arena_alloc(arena, balls, sizeof *room);
+    if (!items || !room) return NULL;
+    for (size_t i = 0; i < sight->count; i++) {
+        items[i] = shd_item_of(sight, i, room);
+        room += !sight->items[i];
+    }
+    return items;
+}
+
 shd_caster *shd_caster_new(const shd_sight *sight, shd_arena *arena) {
     const shd_plan *plan = sight->plan;
     const size_t count = plan->scene->object_count;
@@ -128,8 +144,9 @@ shd_caster *shd_caster_new(const shd_sight *sight, shd_arena *arena) {
     c->order = shd_arena_alloc(arena, count, sizeof *c->order);
     c->endless = shd_arena_alloc(arena, count, sizeof *c->endless);
     if (!c->aims || !c->branches || !c->order || !c->endless) return NULL;
+    if (!(c->items = list_items(sight, arena))) return NULL;
     for (uint32_t i = 0; i < count; i++) {
-        c->aims[i] = aim_at(&plan->objects[i], &sight->items[i]);
+        c->aims[i] = aim_at(&plan->objects[i], c->items[i]);
         if (plan->objects[i].bounded)
             c->order[c->bounded_count++] = i;
         else
@@ -213,15 +230,14 @@ typedef struct search {
 /* At equal distance, to within rounding, the object that comes first in the scene stays, as to the
  * eye. */
 static void try_object(search *s, uint32_t object) {
-    const shd_sight *sight = s->caster->sight;
-    const shd_item *it = &sight->items[object];
+    const shd_item *it = s->caster->items[object];
     const aim *at = &s->caster->aims[object];
     if (!may_meet(at, s->ray, s->pad, s->far)) return;
     shd_local_ray local;
     local.any = s->solid && s->solid[object];
     carry_ray(it, at, object, s->ray, s->far, &local);
     shd_meeting m;
-    if (!(it->shape == SHD_MESH ? shd_meet_mesh(it, &local, sight->cancelled, &m)
+    if (!(it->shape == SHD_MESH ? shd_meet_mesh(it, &local, s->caster->sight->cancelled, &m)
                                 : shd_meet_shape(it, &local, &m)))
         return;
     m.object = object;
@@ -305,14 +321,14 @@ static double size_of(const shd_affine *m) {
 
 bool shd_is_convex(const shd_caster *caster, size_t object) {
     static const double THIN = 1e3;
-    const shd_item *it = &caster->sight->items[object];
+    const shd_item *it = caster->items[object];
     return (it->shape == SHD_SPHERE || it->shape == SHD_BOX || it->shape == SHD_CYLINDER ||
             it->shape == SHD_CONE) &&
            size_of(&it->to_world) * size_of(&it->from_world) < THIN;
 }
 
 bool shd_is_outside(const shd_caster *caster, size_t object, shd_vec3 position, shd_vec3 normal) {
-    const shd_item *it = &caster->sight->items[object];
+    const shd_item *it = caster->items[object];
     const shd_vec3 from = shd_linear(&it->from_world, shd_sub(position, it->to_world.origin));
     return shd_points_outward(it, from, carry_normal(it, normal));
 }
@@ -350,7 +366,7 @@ size_t shd_list_between(const shd_caster *c, shd_ball at, const shd_plan_light *
 /* ---- The surface there. ---- */
 
 shd_vec3 shd_own_normal(const shd_caster *caster, size_t object, uint32_t triangle) {
-    const shd_item *it = &caster->sight->items[object];
+    const shd_item *it = caster->items[object];
     shd_vec3 normal = {0, 0, 0};
     if (it->shape != SHD_MESH) return normal;
     const double scale = it->view.tree->scale;
@@ -364,7 +380,7 @@ shd_vec3 shd_own_normal(const shd_caster *caster, size_t object, uint32_t triang
 }
 
 static shd_met_at place_on_triangle(const shd_caster *caster, const shd_meeting *m) {
-    const shd_item *it = &caster->sight->items[m->object];
+    const shd_item *it = caster->items[m->object];
     const shd_vec3 a = shd_triangle_corner(&it->triangles, m->triangle, 0),
                    b = shd_triangle_corner(&it->triangles, m->triangle, 1),
                    c = shd_triangle_corner(&it->triangles, m->triangle, 2);
@@ -381,7 +397,7 @@ static shd_met_at place_on_triangle(const shd_caster *caster, const shd_meeting 
 }
 
 shd_met_at shd_met_place(const shd_caster *caster, const shd_meeting *m) {
-    const shd_item *it = &caster->sight->items[m->object];
+    const shd_item *it = caster->items[m->object];
     if (it->shape == SHD_MESH) return place_on_triangle(caster, m);
     shd_met_at place = {.position = shd_transform(&it->to_world, m->local), .own = {0, 1, 0}};
     shd_normalize(shd_linear(&it->normal_map, m->bend), &place.own);
@@ -391,7 +407,7 @@ shd_met_at shd_met_place(const shd_caster *caster, const shd_meeting *m) {
 
 shd_vec3 shd_outward_normal(const shd_caster *caster, size_t object, uint32_t triangle,
                             shd_vec3 position, shd_vec3 normal) {
-    const shd_item *it = &caster->sight->items[object];
+    const shd_item *it = caster->items[object];
     if (it->shape == SHD_MESH) {
         const shd_vec3 own = shd_own_normal(caster, object, triangle);
         return own.x == 0 && own.y == 0 && own.z == 0 ? normal : own;

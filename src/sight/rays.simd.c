@@ -36,6 +36,7 @@ static void make_rays(const shd_sight *sight, shd_batch *restrict b) {
     const shd_lens lens = sight->lens;
     const shd_camera camera = *lens.camera;
     b->orthographic = camera.projection == SHD_ORTHOGRAPHIC;
+    b->scale = sight->plan->scale;
     if (b->orthographic) {
         SHD_EACH_LANE(i) {
             shd_set_lane(b->start, i, aside_of(&lens, &camera, b->x[i], b->y[i]));

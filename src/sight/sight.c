@@ -1,8 +1,6 @@
 #include "sight/sight.h"
 
-#include <stddef.h>
 #include <stdio.h>
-#include <string.h>
 
 #include "sight/item.h"
 #include "sight/tree.h"
@@ -117,11 +115,12 @@ static bool make_facets(const shd_sight *sight, bool flat, shd_arena *arena, shd
 }
 
 const shd_facets *shd_sight_facets(const shd_sight *sight, size_t object) {
-    return sight->seen[object].is_ball ? NULL : sight->items[object].facets;
+    const shd_item *it = sight->items[object];
+    return it ? it->facets : NULL;
 }
 
 void shd_sight_corners(const shd_sight *sight, size_t object, size_t triangle, shd_vec3 out[3]) {
-    const shd_item *it = &sight->items[object];
+    const shd_item *it = sight->items[object];
     for (int k = 0; k < 3; k++)
         out[k] = shd_transform(&it->to_world, shd_triangle_corner(&it->triangles, triangle, k));
 }
@@ -165,13 +164,13 @@ static bool sees_whole(shd_sight *sight, size_t vertices, const shd_arena *arena
     return true;
 }
 
-static shd_status make_mesh(shd_sight *sight, size_t index, shd_arena *arena, shd_error *error) {
+static shd_status make_mesh(shd_sight *sight, size_t index, shd_item *it, shd_arena *arena,
+                            shd_error *error) {
     const atomic_bool *cancelled = sight->cancelled;
     const shd_mesh *mesh = sight->plan->scene->objects[index].mesh;
-    shd_item *it = &sight->items[index];
     const shd_mesh_tree *tree = NULL;
     const shd_item *first =
-        mesh && mesh->shared && mesh->first < index ? &sight->items[mesh->first] : NULL;
+        mesh && mesh->shared && mesh->first < index ? sight->items[mesh->first] : NULL;
     if (first) {
         tree = first->view.tree;
         it->units = it->smooth ? first->units : NULL;
@@ -196,56 +195,60 @@ static shd_status make_mesh(shd_sight *sight, size_t index, shd_arena *arena, sh
     return SHD_OK;
 }
 
-/* The same for a ball, whose map from the world only scales. */
-static void place_ball_eye(const shd_plan *plan, shd_item *it) {
-    const shd_camera *camera = &plan->scene->camera;
-    const double shrink = it->from_world.linear[0][0], grow = it->size * plan->scale;
-    const shd_vec3 at = it->to_world.origin;
-    it->eye = shd_scale(shd_sub(camera->position, at), shrink);
-    it->forward = shd_scale(camera->back, -shrink);
-    it->to_frame = scaling_map(grow, shd_scale(shd_sub(at, plan->origin), plan->scale));
-}
-
-/* Makes a sphere that stays one, which has an inverse in any case. False: it is none. */
-static bool make_ball(const shd_plan *plan, const shd_object *object, shd_item *it,
-                      shd_seen_object *one) {
+/* Sees a sphere that stays one, which has an inverse in any case. False: it is none. */
+static bool see_ball(const shd_plan *plan, size_t index, shd_seen_object *one) {
+    const shd_object *object = &plan->scene->objects[index];
     double axes[3];
+    one->is_ball = false;
     if (object->shape != SHD_SPHERE || object->interpolation != SHD_PHONG) return false;
     const shd_affine to_world = shd_object_to_world(object);
     if (!shd_is_similar(&to_world, axes) || !isfinite(1 / axes[0])) return false;
-    it->similar = true;
-    it->size = axes[0];
-    it->to_world = scaling_map(it->size, to_world.origin);
-    it->from_world = scaling_map(1 / it->size, (shd_vec3){0, 0, 0});
-    it->normal_map = scaling_map(1, (shd_vec3){0, 0, 0});
-    place_ball_eye(plan, it);
-    it->blind = SHD_BLIND * fmax(axes[0], fmax(axes[1], axes[2]));
-    it->ball = &one->ball;
+    const shd_vec3 at = to_world.origin,
+                   eye = shd_scale(shd_sub(plan->scene->camera.position, at), 1 / axes[0]);
+    /* Of many objects, most share a few of the plan's materials, which are in caches. */
+    const shd_plan_material *material = &plan->materials[plan->objects[index].material];
     one->is_ball = true;
-    one->ball = (shd_seen_ball){.eye = it->eye,
-                                .center = it->to_frame.origin,
-                                .size = it->size,
-                                .scale = it->to_frame.linear[0][0],
-                                .turned = it->front_only ? 1 : -1,
-                                .far = !(shd_length(it->eye) < 16)};
+    one->ball.eye = eye; /* one by one: a copy of the whole would wait for its parts */
+    one->ball.center = shd_scale(shd_sub(at, plan->origin), plan->scale);
+    one->ball.size = axes[0];
+    one->ball.turned = material->front_only ? 1 : -1;
+    one->ball.far = !(shd_length(eye) < 16);
     return true;
+}
+
+const shd_item *shd_item_of(const shd_sight *sight, size_t object, shd_item *room) {
+    if (sight->items[object]) return sight->items[object];
+    const shd_seen_ball *ball = &sight->seen[object].ball;
+    const double shrink = 1 / ball->size, grow = ball->size * sight->plan->scale;
+    *room = (shd_item){.shape = SHD_SPHERE,
+                       .front_only = ball->turned > 0,
+                       .similar = true,
+                       .ball = ball,
+                       .size = ball->size,
+                       .eye = ball->eye,
+                       .to_frame = scaling_map(grow, ball->center),
+                       .to_world = scaling_map(ball->size, sight->plan->objects[object].center),
+                       .from_world = scaling_map(shrink, (shd_vec3){0, 0, 0}),
+                       .normal_map = scaling_map(1, (shd_vec3){0, 0, 0}),
+                       .forward = shd_scale(sight->lens.camera->back, -shrink)};
+    return room;
 }
 
 static shd_status make_item(shd_sight *sight, size_t index, shd_arena *arena, shd_error *error) {
     const shd_plan *plan = sight->plan;
     const shd_object *object = &plan->scene->objects[index];
-    shd_item *it = &sight->items[index];
-    memset(it, 0, offsetof(shd_item, triangles));
+    sight->items[index] = NULL;
+    if (see_ball(plan, index, &sight->seen[index])) {
+        sight->has_balls = true;
+        return SHD_OK;
+    }
+    shd_item *it = shd_arena_zalloc(arena, 1, sizeof *it);
+    if (!it) return fail_object(error, SHD_MEMORY, index, FULL);
+    sight->items[index] = it;
     it->shape = object->shape;
     it->tube = object->tube / object->radius;
     it->front_only = plan->materials[object->material].front_only;
     bool faceted = object->interpolation != SHD_PHONG;
-    sight->seen[index].is_ball = false;
-    if (make_ball(plan, object, it, &sight->seen[index])) {
-        sight->has_balls = true;
-        return SHD_OK;
-    }
-    memset(&it->triangles, 0, sizeof *it - offsetof(shd_item, triangles));
     if (!shd_object_frame(object, &it->to_world, &it->from_world))
         return fail_object(error, SHD_INTERNAL, index,
                            "this object's size and transform are singular");
@@ -273,7 +276,7 @@ static shd_status make_item(shd_sight *sight, size_t index, shd_arena *arena, sh
     }
     if (faceted && !make_facets(sight, object->interpolation == SHD_FLAT, arena, it))
         return fail_object(error, SHD_MEMORY, index, FULL);
-    if (it->shape == SHD_MESH) return make_mesh(sight, index, arena, error);
+    if (it->shape == SHD_MESH) return make_mesh(sight, index, it, arena, error);
     if (it->shape != SHD_PLANE)
         it->blind = SHD_BLIND * fmax(axes[0], fmax(axes[1], axes[2])) *
                     (it->shape == SHD_TORUS ? 1 + it->tube : 1);
@@ -301,15 +304,23 @@ static void set_offsets(shd_sight *sight, int samples) {
         }
 }
 
+/* Asks for an object ahead of its use: of many, few are in caches. */
+static void fetch_object(const shd_object *object) {
+    for (size_t line = 0; line < sizeof *object; line += 64)
+        __builtin_prefetch((const char *)object + line);
+}
+
 shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd_arena *arena,
                          shd_sight **out, shd_error *error) {
     const shd_scene *scene = plan->scene;
     const double x = 0.5 * scene->raster.width, y = 0.5 * scene->raster.height;
     const double half_y = shd_half_height(&scene->camera), half_x = half_y * (2 * x) / (2 * y);
     shd_sight *sight = shd_arena_alloc(arena, 1, sizeof *sight);
-    shd_item *items = shd_arena_alloc(arena, scene->object_count, sizeof *items);
+    const shd_item **items = shd_arena_alloc(arena, scene->object_count, sizeof *items);
     shd_seen_object *objects = shd_arena_alloc(arena, scene->object_count, sizeof *objects);
-    if (!sight || !items || !objects)
+    uint32_t *order = shd_arena_alloc(arena, scene->object_count, sizeof *order);
+    shd_distance *distances = shd_arena_alloc(arena, scene->object_count, 2 * sizeof *distances);
+    if (!sight || !items || !objects || !order || !distances)
         return shd_fail(error, SHD_MEMORY, "/objects", "the limit `memory` is reached");
     *sight = (shd_sight){
         .plan = plan,
@@ -317,15 +328,20 @@ shd_status shd_sight_new(const shd_plan *plan, const atomic_bool *cancelled, shd
         .lens = {&scene->camera, 2 * x, 2 * y, half_x, half_y, x, y, half_x / x, half_y / y},
         .items = items,
         .seen = objects,
+        .order = order,
+        .distances = distances,
         .count = scene->object_count};
     set_offsets(sight, scene->raster.samples);
+    enum { AHEAD = 12 };
     for (size_t i = 0; i < scene->object_count; i++) {
+        if (i + AHEAD < scene->object_count) fetch_object(&scene->objects[i + AHEAD]);
         shd_status status = make_item(sight, i, arena, error);
         if (status != SHD_OK) return status;
         if (shd_is_cancelled(cancelled))
             return shd_fail(error, SHD_CANCELLED, "", "the render was cancelled");
+        shd_sight_outline(sight, i);
     }
-    if (!shd_sight_outline(sight, arena))
+    if (!shd_sight_order(sight, arena))
         return shd_fail(error, SHD_MEMORY, "/objects", "the limit `memory` is reached");
     *out = sight;
     return SHD_OK;

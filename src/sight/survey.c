@@ -8,6 +8,7 @@
  * sqrt(c.c - h h) and l = sqrt(v.v - R R) they meet where c.v >= k l - h R: the cosine of the
  * sum. */
 #include <assert.h>
+#include <string.h>
 
 #include "sight/bend.h"
 #include "sight/item.h"
@@ -15,6 +16,9 @@
 /* As many candidates of a block are listed before any ray tells what is hidden, and then so many
  * times more. */
 enum { AT_FIRST = 16, FURTHER = 4 };
+
+/* Objects that are fetched ahead of their use. */
+enum { AHEAD = 16 };
 
 /* A rectangle of pixels. */
 typedef struct shd_window {
@@ -40,19 +44,22 @@ static window make_window(const shd_lens *lens, double x, double y, double w, do
 }
 
 /* Whether an object may be seen through a window that its frame reaches into. */
-static bool may_see(const shd_outline *o, const window *w) {
+static bool may_see(const shd_seen_object *g, const window *w) {
+    const shd_outline *o = &g->outline;
     const shd_vec3 v = o->center;
-    if (o->kind == SHD_OUTLINE_CONE)
-        return w->p * v.x + w->q * v.y + v.z + w->h * o->radius + (w->k + w->h) * o->margin >=
+    if (g->kind == SHD_OUTLINE_CONE)
+        return w->p * v.x + w->q * v.y + v.z + w->h * o->radius +
+                   1e-13 * (w->k + w->h) * (o->radius + o->tangent) >=
                w->k * o->tangent;
-    if (o->kind == SHD_OUTLINE_ROUND) {
-        double x = w->p - v.x, y = w->q - v.y, reach = w->h + o->radius + o->margin;
+    if (g->kind == SHD_OUTLINE_ROUND) {
+        double x = w->p - v.x, y = w->q - v.y,
+               reach = w->h + o->radius + 1e-12 * (fabs(v.x) + fabs(v.y));
         return x * x + y * y <= reach * reach * (1 + 1e-9);
     }
-    if (o->kind == SHD_OUTLINE_HALF)
+    if (g->kind == SHD_OUTLINE_HALF)
         return v.x * w->p + v.y * w->q + v.z - fabs(v.x) * w->across - fabs(v.y) * w->down <=
-               o->margin * (1 + fabs(w->p) + fabs(w->q));
-    return o->kind == SHD_OUTLINE_ALL;
+               o->radius * (1 + fabs(w->p) + fabs(w->q));
+    return g->kind == SHD_OUTLINE_ALL;
 }
 
 /* Whether rays through a window may meet a torus: the one through its middle is followed in steps
@@ -113,12 +120,11 @@ static int cell_of(const shd_sight *sight, const window *w) {
 /* Lists those of some objects that may be seen, in their order. Returns how many. */
 static size_t look_at(const shd_sight *sight, const window *w, const uint32_t *objects, size_t most,
                       uint32_t *out) {
-    enum { AHEAD = 8 };
     size_t count = 0;
     for (size_t i = 0; i < most; i++) {
         const shd_seen_object *g = &sight->seen[objects[i]];
         if (i + AHEAD < most) shd_fetch_seen(&sight->seen[objects[i + AHEAD]]);
-        if (reaches_into(g->frame, w) && may_see(&g->outline, w)) out[count++] = objects[i];
+        if (reaches_into(g->frame, w) && may_see(g, w)) out[count++] = objects[i];
     }
     return count;
 }
@@ -131,7 +137,10 @@ static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ou
     const int cell = cell_of(sight, w);
     if (cell >= 0) {
         const uint32_t first = sight->cells[cell], end = sight->cells[cell + 1];
-        return look_at(sight, w, sight->celled + first, end - first, out);
+        if (sight->cells_across == 1)
+            return look_at(sight, w, sight->celled + first, end - first, out);
+        memcpy(out, sight->celled + first, (end - first) * sizeof *out); /* a tile is a cell */
+        return end - first;
     }
     if (sight->cells) return look_at(sight, w, sight->order, sight->count, out);
     for (size_t first = 0; first < sight->count; first += CHUNK) {
@@ -145,7 +154,7 @@ static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ou
         }
         for (size_t i = 0; any && i < size; i++) {
             const uint32_t object = sight->order[first + i];
-            if (reaches[i] && may_see(&sight->seen[object].outline, w)) out[count++] = object;
+            if (reaches[i] && may_see(&sight->seen[object], w)) out[count++] = object;
         }
     }
     return count;
@@ -154,20 +163,21 @@ static size_t look_through(const shd_sight *sight, const window *w, uint32_t *ou
 /* Whether an object may be seen through a window. */
 static bool may_see_object(const shd_sight *sight, uint32_t object, const window *w) {
     const shd_seen_object *g = &sight->seen[object];
-    return reaches_into(g->frame, w) && may_see(&g->outline, w) &&
-           (!g->outline.tube || may_meet_tube(sight, &sight->items[object], w));
+    return reaches_into(g->frame, w) && may_see(g, w) &&
+           (!g->tube || may_meet_tube(sight, sight->items[object], w));
 }
 
 /* No ray through the window meets the object at a smaller depth. A plane is met where its height
  * above or below the eye is used up, of which each step of depth takes -(a p + b q + c). */
 static double nearest_through(const shd_sight *sight, uint32_t object, const window *w) {
-    const shd_item *it = &sight->items[object];
+    const shd_item *it = sight->items[object];
     const shd_seen_object *g = &sight->seen[object];
+    if (!it) return (double)g->nearest;
     const shd_vec3 v = g->outline.center;
     const double height = fabs(it->eye.y);
     if (it->shape != SHD_PLANE || sight->lens.camera->projection != SHD_PERSPECTIVE ||
         !(height > 1e-6 * shd_length(it->eye)))
-        return g->nearest;
+        return (double)g->nearest;
     const double steepest =
         fabs(v.x) * w->across + fabs(v.y) * w->down - v.x * w->p - v.y * w->q - v.z;
     return steepest > 0 ? height / steepest : (double)INFINITY;
@@ -246,9 +256,11 @@ void shd_survey_further(const shd_sight *sight, shd_survey *s, size_t index) {
 /* The blocks in a row of `count` that [low, high] reaches into, first and last, if the row begins
  * at `from`. The edge between two is in both; not-a-number is in all. */
 static void blocks_reached(float low, float high, int from, int count, int reached[2]) {
-    const float first = (low - (float)from) / SHD_BLOCK_SIDE,
-                last = (high - (float)from) / SHD_BLOCK_SIDE, most = (float)count;
-    reached[0] = !(first > 1) ? 0 : first < most ? (int)ceilf(first) - 1 : count - 1;
+    const float first = (low - (float)from) / SHD_BLOCK_SIDE, /* a power of 2 */
+        last = (high - (float)from) / SHD_BLOCK_SIDE, most = (float)count;
+    reached[0] = !(first > 1)   ? 0
+                 : first < most ? (int)first - ((float)(int)first == first)
+                                : count - 1;
     reached[1] = !(last < most) ? count - 1 : last >= 0 ? (int)last : -1;
 }
 
@@ -258,6 +270,7 @@ static void list_first(const shd_sight *sight, shd_survey *s) {
     size_t waiting = blocks;
     for (size_t k = 0; k < s->candidate_count && waiting; k++) {
         const uint32_t object = s->candidates[k];
+        if (k + AHEAD < s->candidate_count) shd_fetch_seen(&sight->seen[s->candidates[k + AHEAD]]);
         const shd_frame *frame = &sight->seen[object].frame;
         int x[2], y[2];
         blocks_reached(frame->left, frame->right, s->rect.x, s->across, x);

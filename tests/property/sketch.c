@@ -130,7 +130,8 @@ static bool meet(const shd_sight *sight, double x, double y, spot *out) {
         return t > 0;
     }
     /* In the frame in which it is a ball of radius 1: one in the world only scales. */
-    const shd_affine *map = &sight->items->from_world;
+    shd_item ball;
+    const shd_affine *map = &shd_item_of(sight, 0, &ball)->from_world;
     const vec from = apply(map, eye), toward = apply(map, way);
     const real square = dot(toward, toward), along = dot(from, toward) / square;
     const vec foot = madd(from, toward, -along);
@@ -200,8 +201,8 @@ static void check_block(const shd_sight *sight, const shd_survey *survey, size_t
         if (hit && told.missed >> i & 1) fail_msg("(%g, %g) is missed: %s", x, y, json);
         if (!(told.drawn >> i & 1)) continue;
         if (!hit) fail_msg("a ray misses: %s", json);
-        shade(sight->plan, sight->items->shape == SHD_SPHERE && !sight->items->ball, &at, wanted,
-              room);
+        const bool ellipsoid = sight->items[0] && sight->items[0]->shape == SHD_SPHERE;
+        shade(sight->plan, ellipsoid, &at, wanted, room);
         for (int c = 0; c < 3; c++) {
             const real off = fabsl((real)rgb[c][i] - wanted[c]);
             if (!(off <= room[c]))

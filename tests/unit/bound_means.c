@@ -34,7 +34,7 @@ static void set_light(stage *s, shd_plan_light *l, const shd_bend *bend, uint64_
         l->toward = toward;
         return;
     }
-    const double size = s->item.ball ? s->radius : 1, away = size * decades(random, 0.01, 20);
+    const double size = s->seen.is_ball ? s->radius : 1, away = size * decades(random, 0.01, 20);
     l->position = shd_madd(bend->point, toward, away);
     if (uniform(random, 0, 1) < 0.6) {
         const double f[3] = {uniform(random, 0, 1), uniform(random, 0, 1) / away,

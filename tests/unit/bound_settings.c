@@ -41,7 +41,7 @@ static void settings_are_where_they_are_told(void **state) {
         uint64_t random = seed * 4001 + 5;
         stage s = {.samples = 4};
         set_object(&s, &random);
-        if (!s.item.ball) continue;
+        if (!s.seen.is_ball) continue;
         const int part = (int)(seed % 2 ? SHD_WHOLE : seed / 2 % SHD_QUARTERS);
         shd_analytic a;
         shd_setting set;

@@ -39,7 +39,7 @@ static long double dot(vector a, vector b) {
 
 /* The triangles' corners in the camera's frame: x right, y up, z forward. */
 static vector (*corners_of(const seen *s))[3] {
-    const shd_item *it = &s->sight->items[0];
+    const shd_item *it = s->sight->items[0];
     const shd_triangles *tri = &it->triangles;
     const shd_camera *camera = &s->request->scene->camera;
     const vector axes[3] = {vector_of(camera->right), vector_of(camera->up),
@@ -153,7 +153,7 @@ static size_t check(shd_engine *engine, const char *json, double size, double sh
             for (int i = 0; i < ALL; i++) {
                 const long double x = (long double)(i % SIDE) + 0.5L - SIDE / 2,
                                   y = SIDE / 2 - 0.5L - (long double)(i / SIDE);
-                wanted[i] = try_every_triangle(corners, s.sight->items[0].triangles.triangle_count,
+                wanted[i] = try_every_triangle(corners, s.sight->items[0]->triangles.triangle_count,
                                                lens.camera->projection == SHD_ORTHOGRAPHIC,
                                                x / (SIDE / 2) * (long double)lens.half_x,
                                                y / (SIDE / 2) * (long double)lens.half_y);
@@ -266,7 +266,7 @@ static void boxes_are_turned_to_needles(void **state) {
     solid s = new_needles(&random, 1, 0.01);
     char *json = scene_of(&s, "\"position\": [1, 2, 6]", "");
     seen l = see(*state, json, SHD_PORTABLE);
-    const shd_mesh_tree *tree = l.sight->items[0].view.tree;
+    const shd_mesh_tree *tree = l.sight->items[0]->view.tree;
     assert_true(tree->turn_count > 1 && tree->branches[0].turn == 1);
     for (uint32_t i = 0; i < tree->branch_count; i++) {
         const shd_branch *b = &tree->branches[i];
@@ -401,7 +401,7 @@ static void of_equal_triangles_the_first_is_seen(void **state) {
         assert_true(all.hits.count > 1000);
         for (size_t i = 0; i < all.hits.count; i++) assert_true(all.hits.triangle[i] < once);
         /* Where there are many, rays do not try them all. */
-        if (k == 2) assert_int_equal(all.sight->items[0].view.tree->leaf_count, once);
+        if (k == 2) assert_int_equal(all.sight->items[0]->view.tree->leaf_count, once);
         drop_seen(&all);
         free(json);
         drop_solid(&s);
@@ -420,7 +420,7 @@ static void triangles_without_an_area_are_not_met(void **state) {
                          "\"flat\", \"tube\": 1e-12}]}",
                          SIDE, SIDE);
     seen none = see_by_blocks(*state, json, shd_cpu_best());
-    assert_int_equal(none.sight->items[0].triangles.triangle_count, 0);
+    assert_int_equal(none.sight->items[0]->triangles.triangle_count, 0);
     assert_int_equal(none.hits.count, 0);
     drop_seen(&none);
     free(json);

@@ -108,7 +108,8 @@ static void for_each_shape(shd_engine *engine, void (*check)(const cast *c, cons
             snprintf(object, sizeof object, "{\"type\": %s, \"transform\": %s}", shapes[s],
                      transforms[t]);
             cast c = cast_in(engine, object);
-            check(&c, &c.s.sight->items[0]);
+            shd_item room;
+            check(&c, shd_item_of(c.s.sight, 0, &room));
             drop_seen(&c.s);
         }
 }
@@ -252,7 +253,7 @@ static void no_ray_slips_between_triangles(void **state) {
                                t ? ", \"transform\": {\"scale\": [-3, 0.2, 1], \"rotate\": "
                                    "[20, 30, 40], \"translate\": [5, 7, -9]}"
                                  : "");
-        const shd_item *it = &c.s.sight->items[0];
+        const shd_item *it = c.s.sight->items[0];
         for (int i = 0; i < STARTS; i++) {
             const size_t triangle = (size_t)below(&random_state, (int)s.triangles);
             const shd_vec3 from = point_near(it, 0.4), to = point_of_triangle(it, triangle, i % 3);
@@ -274,7 +275,7 @@ static void rays_leave_triangles_once(void **state) {
                                t ? ", \"transform\": {\"scale\": [3, 0.2, 1], \"rotate\": [20, "
                                    "30, 40], \"translate\": [5, 7, -9]}"
                                  : "");
-        const shd_item *it = &c.s.sight->items[0];
+        const shd_item *it = c.s.sight->items[0];
         for (int i = 0; i < STARTS; i++) {
             const uint32_t triangle = (uint32_t)below(&random_state, (int)s.triangles);
             shd_vec3 own = shd_own_normal(c.caster, 0, triangle);
@@ -299,8 +300,8 @@ static void needles_are_met_as_without_a_tree(void **state) {
         solid s = new_needles(&random_state, bunches, 0.05);
         cast c = cast_in_solid(
             *state, &s, ", \"transform\": {\"scale\": [3, 0.2, 1], \"rotate\": [20, 30, 40]}");
-        shd_item every = c.s.sight->items[0];
-        const shd_item *it = &c.s.sight->items[0];
+        shd_item every = *c.s.sight->items[0];
+        const shd_item *it = c.s.sight->items[0];
         shd_mesh_tree tree = *it->view.tree;
         shd_branch one = {{-1, -1, -1}, {1, 1, 1}, 0, (uint16_t)tree.leaf_count, 0};
         assert_true((tree.turn_count > 1 || bunches > 1) && tree.leaf_count == 400);
@@ -342,7 +343,7 @@ static void look_from_fold(shd_engine *engine, double angle, const char *transfo
     add_triangle(&s, a, b, e);
     add_triangle(&s, a, e, f);
     cast room = cast_in_solid(engine, &s, transform);
-    const shd_item *it = &room.s.sight->items[0];
+    const shd_item *it = room.s.sight->items[0];
     for (int i = 0; i < STARTS / 20; i++) {
         const bool end = i % 4 == 0;
         const double x = end ? 3 : uniform(&random_state, -2.9, 2.9),

@@ -26,7 +26,8 @@ enum { MOST_LIGHTS = 3, MOST_LOBES = 2 };
 /* One object before a camera, and a plan of no more than what the bound reads. */
 typedef struct stage {
     shd_camera camera;
-    shd_item item;
+    shd_item item;         /* of the plane */
+    const shd_item *shown; /* that, or NULL */
     shd_seen_object seen;
     shd_sight sight;
     shd_block block;
@@ -47,7 +48,7 @@ typedef struct stage {
 static inline void set_camera(stage *s, uint64_t *random) {
     enum { WIDTH = 64, HEIGHT = 48 };
     shd_camera *c = &s->camera;
-    const double size = s->item.ball ? s->radius : 1,
+    const double size = s->seen.is_ball ? s->radius : 1,
                  away = size * (1 + decades(random, 1e-3, uniform(random, 0, 1) < 0.1 ? 1e3 : 10));
     const shd_vec3 from = any_direction(random), side = any_direction(random);
     c->position = shd_madd(s->center, from, away);
@@ -85,16 +86,18 @@ static inline void set_object(stage *s, uint64_t *random) {
     s->radius = decades(random, 1e-3, 1e3);
     s->center = shd_scale(any_direction(random), uniform(random, 0, 5) * s->radius);
     s->up = any_direction(random);
-    s->seen = (shd_seen_object){.is_ball = ball};
-    s->item = (shd_item){.shape = ball ? SHD_SPHERE : SHD_PLANE,
-                         .ball = ball ? &s->seen.ball : NULL,
-                         .size = s->radius};
+    s->seen = (shd_seen_object){.is_ball = ball, .ball.size = s->radius};
+    s->item = (shd_item){.shape = SHD_PLANE};
     s->item.to_world.origin = s->center;
     for (int r = 0; r < 3; r++) s->item.normal_map.linear[r][1] = ((double *)&s->up)[r] * 3;
     set_camera(s, random);
-    s->item.eye = shd_scale(shd_sub(s->camera.position, s->center), 1 / s->radius);
-    s->sight.items = &s->item;
+    s->seen.ball.eye = shd_scale(shd_sub(s->camera.position, s->center), 1 / s->radius);
+    s->shown = ball ? NULL : &s->item;
+    s->sight.items = &s->shown;
     s->sight.seen = &s->seen;
+    s->object.center = s->center;
+    s->plan.objects = &s->object;
+    s->sight.plan = &s->plan;
     s->sight.count = 1;
 }
 
@@ -112,7 +115,7 @@ static inline bool hit_at(const stage *s, double x, double y, shd_vec3 *point, s
         shd_normalize(shd_add(way, aside), &way);
     const shd_vec3 o = shd_sub(from, s->center);
     double t;
-    if (s->item.ball) {
+    if (s->seen.is_ball) {
         const double along = shd_dot(o, way);
         const shd_vec3 foot = shd_madd(o, way, -along);
         const double inside = s->radius * s->radius - shd_dot(foot, foot);
