@@ -35,6 +35,7 @@ typedef struct shd_block_rays {
     double size, cosine;                    /* a unit's length; N.V is no less than `cosine` */
     shd_vec3 way, way_x, way_y, at_x, at_y; /* `way` is unit */
     shd_vec3 middle;                        /* the normal there */
+    int blocks;                             /* each way */
     /* Of a part of a block (shd_sight_bend_part): what is told of its middle is so of the pixel at
      * (x, y) beside it, and `spread` pixels are the farthest from there. Else these are 0. */
     double x, y, spread;

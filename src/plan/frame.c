@@ -37,11 +37,11 @@ static void place_frame(shd_plan *plan) {
         plan->scale = ldexp(1, (int)shd_larger(shd_smaller(-ilogb(size), 1022), -1022));
 }
 
-/* The squared distance from an object's center beyond which lights are clearly farther from it than
- * NEAR; infinite if that is not known. Most are. */
-static double clear_distance2(const shd_plan *plan, const shd_plan_object *object) {
-    const double reach = (object->radius + NEAR / plan->scale) * (1 + SHD_PIECE_MARGIN);
-    return object->bounded && reach > 1e-100 ? reach * reach : INFINITY;
+/* Whether a point is clearly farther from the sphere around an object. Most are. */
+static bool is_beyond(const shd_plan_object *object, shd_vec3 point, double distance) {
+    const shd_vec3 path = shd_sub(point, object->center);
+    const double reach = (object->radius + distance) * (1 + SHD_PIECE_MARGIN);
+    return object->bounded && shd_dot(path, path) > reach * reach && reach > 1e-100;
 }
 
 /* Whether all lights are beyond. `bundles` may be empty, and tell of none. */
@@ -67,12 +67,11 @@ static bool has_near_light(const shd_plan *plan, const shd_bundles *bundles, siz
     const shd_plan_object *object = &plan->objects[index];
     if (are_all_beyond(bundles, object, NEAR / plan->scale)) return false;
     const shd_place place = shd_place_of(&plan->scene->objects[index], object);
-    const double clear = clear_distance2(plan, object);
     for (size_t i = 0; i < object->light_count; i++) {
         const shd_plan_light *light = &plan->lights[object->lights[i]];
-        const shd_vec3 path = shd_sub(light->position, object->center);
-        if (light->directional || shd_dot(path, path) > clear) continue;
-        const double near = NEAR * shd_plan_size(plan, object, light) / plan->scale;
+        if (light->directional) continue;
+        double near = NEAR * shd_plan_size(plan, object, light) / plan->scale;
+        if (is_beyond(object, light->position, near)) continue;
         if (!(shd_least_distance(&place, light->position) >= near)) return true;
     }
     return false;

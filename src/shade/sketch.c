@@ -124,9 +124,9 @@ static void round_vec(shd_vec3 v, float out[3]) {
 
 /* Whether a vector that grows by `x` and `y`, at right angles to each other, to the right and down
  * is `most` at most. */
-static bool is_within(shd_vec3 x, shd_vec3 y, double most) {
-    static const double HALF = (SHD_SKETCH_SIDE - 1) * 0.5;
-    return HALF * HALF * (shd_dot(x, x) + shd_dot(y, y)) <= most * most;
+static bool is_within(const shd_block_rays *rays, shd_vec3 x, shd_vec3 y, double most) {
+    const double half = (rays->blocks * SHD_SKETCH_SIDE - 1) * 0.5;
+    return half * half * (shd_dot(x, x) + shd_dot(y, y)) <= most * most;
 }
 
 /* Parts of blocks are. */
@@ -136,11 +136,11 @@ static bool is_steady(const shd_block_rays *rays) {
     if (rays->spread > 0) return true;
     if (rays->to_world) /* whatever the angle */
         return rays->stretch <= STRETCH &&
-               is_within(rays->way_x, rays->way_y, HALF_ROOT2 * SHD_SKETCH_WIDE * c) &&
-               is_within(rays->at_x, rays->at_y, HALF_ROOT2 * OWN_FLAT * c * c);
-    return is_within(rays->way_x, rays->way_y, SHD_SKETCH_WIDE * c) &&
+               is_within(rays, rays->way_x, rays->way_y, HALF_ROOT2 * SHD_SKETCH_WIDE * c) &&
+               is_within(rays, rays->at_x, rays->at_y, HALF_ROOT2 * OWN_FLAT * c * c);
+    return is_within(rays, rays->way_x, rays->way_y, SHD_SKETCH_WIDE * c) &&
            (!rays->curved ||
-            is_within(rays->at_x, rays->at_y, fmin(SHD_SKETCH_FLAT * c, SHD_SKETCH_LOW) * c));
+            is_within(rays, rays->at_x, rays->at_y, fmin(SHD_SKETCH_FLAT * c, SHD_SKETCH_LOW) * c));
 }
 
 /* How near lights may be. */
@@ -187,6 +187,7 @@ static void set_ellipsoid(const shd_bend *bend, const shd_block_rays *rays, doub
 /* The rays from the block's middle on. */
 static void set_rays(const shd_block_rays *rays, shd_sketch_job *j) {
     const double x = -rays->x, y = -rays->y;
+    j->blocks = rays->blocks;
     j->part = rays->spread > 0;
     j->least2 = (float)(rays->cosine * rays->cosine + MET_OFF);
     j->out2 = (float)-MET_OFF;
@@ -199,14 +200,14 @@ static void set_rays(const shd_block_rays *rays, shd_sketch_job *j) {
     round_vec(rays->at_y, j->at_y);
 }
 
-shd_sketched shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend,
-                              const shd_block_rays *rays, size_t stride, float *const rgb[3]) {
-    static const shd_sketched nothing = {0, 0};
+bool shd_sketch_blocks(const shd_lighting *lighting, const shd_bend *bend,
+                       const shd_block_rays *rays, size_t stride, float *const rgb[3],
+                       shd_sketched *told) {
     static shd_sketch_function *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sketch);
     const shd_plan *plan = lighting->plan;
     const size_t of = plan->objects[bend->object].group;
     const shd_sketch_group *group = &lighting->sketches[of];
-    if (!group->fits || !is_steady(rays)) return nothing;
+    if (!group->fits || !is_steady(rays)) return false;
     shd_sketch_job j;
     j.group = group;
     j.form = rays->to_world ? SHD_SKETCH_ELLIPSOID
@@ -218,5 +219,5 @@ shd_sketched shd_sketch_block(const shd_lighting *lighting, const shd_bend *bend
     j.view = view_of(bend, rays, group);
     set_rays(rays, &j);
     if (rays->to_world) set_ellipsoid(bend, rays, plan->scale, &j);
-    return kernels[plan->isa](&j, stride, rgb);
+    return kernels[plan->isa](&j, stride, rgb, told);
 }

@@ -9,7 +9,7 @@
 #define ROW(y)    y, y, y, y, y, y, y, y
 #define COLUMNS() -3.5f, -2.5f, -1.5f, -0.5f, 0.5f, 1.5f, 2.5f, 3.5f
 
-/* From the block's middle to its pixels' centers. */
+/* From a block's middle to its pixels' centers. */
 _Alignas(64) static const float across[SHD_SKETCH_PIXELS] = {
     COLUMNS(), COLUMNS(), COLUMNS(), COLUMNS(), COLUMNS(), COLUMNS(), COLUMNS(), COLUMNS()};
 _Alignas(64) static const float down[SHD_SKETCH_PIXELS] = {
@@ -130,9 +130,8 @@ SHD_INLINE seen place(const shd_sketch_job *j, shd_vf x, shd_vf y, const shd_vf 
  * s = c / (root - b) with root = sqrt(b^2 - |w|^2 c), and N.w is -root there. A plane has m for its
  * normal, c = 2 o.m, and root = -b. An ellipsoid is met in a frame of its own, from which maps lead
  * to points and to normals' directions. */
-SHD_INLINE seen meet(const shd_sketch_job *j, int i, shd_sketch_form form) {
+SHD_INLINE seen meet(const shd_sketch_job *j, shd_vf x, shd_vf y, shd_sketch_form form) {
     const bool curved = form != SHD_SKETCH_PLANE;
-    const shd_vf x = shd_vf_load(across + i), y = shd_vf_load(down + i);
     shd_vf w[3], o[3], m[3], sum[3], q[3];
     seen out;
 #pragma GCC unroll 3
@@ -236,16 +235,17 @@ SHD_INLINE void store_rows(shd_vf v, int i, size_t stride, float *out) {
 #endif
 }
 
-SHD_INLINE shd_sketched sketch(const shd_sketch_job *j, shd_sketch_form form, size_t lobe_count,
-                               size_t stride, float *const out[3]) {
+/* Draws the block whose middle is (x, y) beside the middle of all. */
+SHD_INLINE shd_sketched sketch_block(const shd_sketch_job *j, shd_sketch_form form,
+                                     size_t lobe_count, float x, float y,
+                                     const sketch_place *places, size_t count, size_t stride,
+                                     float *const out[3]) {
     const shd_sketch_group *group = j->group;
     const shd_mf none = shd_vf_gt(shd_vf_set(0), shd_vf_set(0));
     shd_sketched told = {SHD_SKETCHED_ALL, 0};
-    sketch_place places[SHD_SKETCH_LIGHTS];
-    const size_t count = place_lights(j, places);
-    if (count == SIZE_MAX) return (shd_sketched){0, 0};
     for (int i = 0; i < SHD_SKETCH_PIXELS; i += SHD_W) {
-        const seen at = meet(j, i, form);
+        const seen at = meet(j, shd_vf_load(across + i) + shd_vf_set(x),
+                             shd_vf_load(down + i) + shd_vf_set(y), form);
         shd_mf unknown = none;
         shd_vf rgb[3];
         if (form == SHD_SKETCH_BALL && j->part) {
@@ -270,15 +270,32 @@ SHD_INLINE shd_sketched sketch(const shd_sketch_job *j, shd_sketch_form form, si
     return told;
 }
 
-shd_sketched SHD_VARIANT(shd_sketch)(const shd_sketch_job *j, size_t stride, float *const out[3]) {
+SHD_INLINE bool sketch(const shd_sketch_job *j, shd_sketch_form form, size_t lobe_count,
+                       size_t stride, float *const out[3], shd_sketched *told) {
+    sketch_place places[SHD_SKETCH_LIGHTS];
+    const size_t count = place_lights(j, places);
+    if (count == SIZE_MAX) return false;
+    for (int k = 0; k < j->blocks * j->blocks; k++) {
+        const int x = k % j->blocks, y = k / j->blocks;
+        const size_t at = ((size_t)y * stride + (size_t)x) * SHD_SKETCH_SIDE;
+        float *const rows[3] = {out[0] + at, out[1] + at, out[2] + at};
+        const float middle = (float)(j->blocks - 1) * (0.5f * SHD_SKETCH_SIDE);
+        told[k] = sketch_block(j, form, lobe_count, (float)(x * SHD_SKETCH_SIDE) - middle,
+                               (float)(y * SHD_SKETCH_SIDE) - middle, places, count, stride, rows);
+    }
+    return true;
+}
+
+bool SHD_VARIANT(shd_sketch)(const shd_sketch_job *j, size_t stride, float *const out[3],
+                             shd_sketched *told) {
     const size_t lobes = j->group->lobe_count;
 #if defined(SHD_ONE_BODY)
-    return sketch(j, j->form, lobes, stride, out);
+    return sketch(j, j->form, lobes, stride, out, told);
 #else
 #define FORM(lobes)                                                                                \
-    (j->form == SHD_SKETCH_PLANE  ? sketch(j, SHD_SKETCH_PLANE, lobes, stride, out)                \
-     : j->form == SHD_SKETCH_BALL ? sketch(j, SHD_SKETCH_BALL, lobes, stride, out)                 \
-                                  : sketch(j, SHD_SKETCH_ELLIPSOID, lobes, stride, out))
+    (j->form == SHD_SKETCH_PLANE  ? sketch(j, SHD_SKETCH_PLANE, lobes, stride, out, told)          \
+     : j->form == SHD_SKETCH_BALL ? sketch(j, SHD_SKETCH_BALL, lobes, stride, out, told)           \
+                                  : sketch(j, SHD_SKETCH_ELLIPSOID, lobes, stride, out, told))
     return lobes == 0 ? FORM(0) : lobes == 1 ? FORM(1) : FORM(lobes);
 #endif
 }

@@ -43,6 +43,7 @@ typedef enum shd_sketch_form {
 typedef struct shd_sketch_job {
     const shd_sketch_group *group;
     shd_sketch_form form;
+    int blocks;    /* each way */
     float turned2; /* the square of what N.L is off by at most */
     /* As shd_block_rays, rounded: */
     float middle[3], way[3], way_x[3], way_y[3], at[3], at_x[3], at_y[3];
@@ -55,7 +56,8 @@ typedef struct shd_sketch_job {
     shd_sketch_view view;
 } shd_sketch_job;
 
-/* Others are drawn than those of which f32 does not tell on which side of an edge they are. */
-typedef shd_sketched shd_sketch_function(const shd_sketch_job *job, size_t stride,
-                                         float *const rgb[3]);
+/* Others are drawn than those of which f32 does not tell on which side of an edge they are. False:
+ * nothing is. */
+typedef bool shd_sketch_function(const shd_sketch_job *job, size_t stride, float *const rgb[3],
+                                 shd_sketched *told);
 shd_sketch_function shd_sketch_portable, shd_sketch_avx2, shd_sketch_avx512;

@@ -91,7 +91,8 @@ static void set_rays(const shd_lens *lens, const beam *b, const shd_affine *from
         right = shd_linear(from_world, right);
         down = shd_linear(from_world, down);
     }
-    *out = (shd_block_rays){.curved = curved, .size = size, .cosine = cosine, .way = b->way};
+    *out = (shd_block_rays){
+        .curved = curved, .size = size, .cosine = cosine, .way = b->way, .blocks = 1};
     if (b->orthographic) {
         out->at_x = shd_scale(right, 1 / size);
         out->at_y = shd_scale(down, 1 / size);
@@ -264,13 +265,31 @@ static bool bend_plane(const shd_sight *sight, const shd_item *it, const beam *b
 
 /* ---- Blocks. ---- */
 
-static shd_middle middle_of(const shd_survey *survey, size_t block, uint32_t object) {
+static shd_middle middle_of(const shd_survey *survey, size_t block, int blocks, uint32_t object) {
     const size_t across = (size_t)survey->across;
-    return (shd_middle){object, survey->rect.x + (double)(block % across) * SHD_BLOCK_SIDE + HALF,
-                        survey->rect.y + (double)(block / across) * SHD_BLOCK_SIDE + HALF};
+    return (shd_middle){object,
+                        survey->rect.x + (double)(block % across) * SHD_BLOCK_SIDE + blocks * HALF,
+                        survey->rect.y + (double)(block / across) * SHD_BLOCK_SIDE + blocks * HALF};
 }
 
-/* Tells of the item that all rays, or those of a part, meet. */
+/* Whether one thing alone may be seen through a block. */
+static bool is_of_one(const shd_survey *survey, const shd_block *at) {
+    return at->count == 1 && at->next >= survey->candidate_count;
+}
+
+/* Whether it is the same one through all of these. */
+static bool are_of_one(const shd_survey *survey, size_t block, int blocks) {
+    const uint32_t object = survey->candidates[survey->blocks[block].first];
+    for (int k = 0; k < blocks * blocks; k++) {
+        const shd_block *at =
+            &survey->blocks[block + (size_t)(k / blocks * survey->across + k % blocks)];
+        if (!is_of_one(survey, at) || survey->candidates[at->first] != object) return false;
+    }
+    return true;
+}
+
+/* Tells of the item that all rays, none of which is farther than out->reach from the middle, or
+ * those of a part, meet. */
 typedef bool bend_function(const shd_sight *sight, const shd_middle *middle, shd_bend *out,
                            shd_block_rays *rays);
 
@@ -278,7 +297,6 @@ static bool bend_whole(const shd_sight *sight, const shd_middle *middle, shd_ben
                        shd_block_rays *rays) {
     const shd_item *it = sight->items[middle->object]; /* NULL: a ball */
     if (it && it->shape != SHD_SPHERE && it->shape != SHD_PLANE) return false;
-    out->reach = HALF * ROOT2;
     const beam b = beam_of(&sight->lens, middle->x, middle->y, out->reach);
     out->object = middle->object;
     out->view = shd_scale(b.way, -1);
@@ -331,19 +349,20 @@ static bool bend_part(const shd_sight *sight, const shd_middle *middle, shd_bend
 }
 
 /* Tells of the only item that may be seen, or of one that is met before all others. */
-static bool bend_first(const shd_sight *sight, const shd_survey *survey, size_t block,
+static bool bend_first(const shd_sight *sight, const shd_survey *survey, size_t block, int blocks,
                        bend_function *tell, shd_bend *out, shd_block_rays *rays) {
     const shd_block *at = &survey->blocks[block];
     const shd_camera *camera = sight->lens.camera;
-    out->alone = at->count == 1 && at->next >= survey->candidate_count;
+    out->alone = is_of_one(survey, at);
+    out->reach = blocks * HALF * ROOT2;
     if (out->alone) {
-        const shd_middle middle = middle_of(survey, block, survey->candidates[at->first]);
+        const shd_middle middle = middle_of(survey, block, blocks, survey->candidates[at->first]);
         return tell(sight, &middle, out, rays);
     }
     shd_seen seen[SHD_SEEN_MOST];
     const size_t count = shd_sight_seen(sight, survey, block, SHD_WHOLE, seen);
     for (size_t i = 0; count != SHD_SEEN_MANY && i < count; i++) {
-        const shd_middle middle = middle_of(survey, block, seen[i].object);
+        const shd_middle middle = middle_of(survey, block, 1, seen[i].object);
         double beyond = INFINITY;
         for (size_t k = 0; k < count; k++)
             if (k != i) beyond = shd_smaller(beyond, seen[k].nearest);
@@ -357,26 +376,29 @@ static bool bend_first(const shd_sight *sight, const shd_survey *survey, size_t 
     return false;
 }
 
-bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,
-                    shd_block_rays *rays) {
-    return bend_first(sight, survey, block, bend_whole, out, rays);
+bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, int blocks,
+                    shd_bend *out, shd_block_rays *rays) {
+    if ((blocks > 1 && !are_of_one(survey, block, blocks)) ||
+        !bend_first(sight, survey, block, blocks, bend_whole, out, rays))
+        return false;
+    rays->blocks = blocks;
+    return true;
 }
 
 bool shd_sight_bend_part(const shd_sight *sight, const shd_survey *survey, size_t block,
                          shd_bend *out, shd_block_rays *rays) {
-    return bend_first(sight, survey, block, bend_part, out, rays);
+    return bend_first(sight, survey, block, 1, bend_part, out, rays);
 }
 
 /* Its rays are (side - 1) / 2 sqrt(2) pixels and more from the middle, and one pixel moves them by
  * no less than where the ball is nearest: that alone is more than LOW c. */
 static bool is_small_ball(const shd_sight *sight, uint32_t object) {
     const shd_lens *lens = &sight->lens;
-    const shd_item *it = &sight->items[object];
-    const double depth =
-        lens->camera->projection == SHD_ORTHOGRAPHIC ? 1 : sight->seen[object].nearest;
+    const shd_seen_object *seen = &sight->seen[object];
+    const double depth = lens->camera->projection == SHD_ORTHOGRAPHIC ? 1 : seen->nearest;
     const double aside =
         (SHD_BLOCK_SIDE - 1) * 0.5 * ROOT2 * fmin(lens->step_x, lens->step_y) * depth;
-    return it->ball && aside > SHD_SKETCH_LOW * it->size * (1 + SLACK);
+    return seen->is_ball && aside > SHD_SKETCH_LOW * seen->ball.size * (1 + SLACK);
 }
 
 bool shd_sight_has_small_balls(const shd_sight *sight, const shd_survey *survey, size_t block) {
@@ -389,8 +411,8 @@ bool shd_sight_has_small_balls(const shd_sight *sight, const shd_survey *survey,
 
 bool shd_sight_misses(const shd_sight *sight, const shd_survey *survey, size_t block) {
     const shd_block *at = &survey->blocks[block];
-    if (at->count != 1 || at->next < survey->candidate_count) return false;
-    const shd_middle middle = middle_of(survey, block, survey->candidates[at->first]);
+    if (!is_of_one(survey, at)) return false;
+    const shd_middle middle = middle_of(survey, block, 1, survey->candidates[at->first]);
     const shd_item *it = sight->items[middle.object];
     if (!it || it->shape != SHD_SPHERE) return false;
     const beam b = beam_of(&sight->lens, middle.x, middle.y, HALF * ROOT2);

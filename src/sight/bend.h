@@ -7,12 +7,13 @@
 /* True: all rays through the survey's block, whichever of its 8 x 8 pixels are in the picture, hit
  * one ball or ellipsoid from outside or one plane, before all else, which `out` then tells of, and
  * `rays` of the rays. False: another thing is seen, or it is not known. It takes some 100 ns. The
- * derivatives' proof is in bend.c. */
-bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, shd_bend *out,
-                    shd_block_rays *rays);
+ * same of so many `blocks` each way at once, from that one to the right and down, which is only
+ * known where nothing else may be seen in them. The derivatives' proof is in bend.c. */
+bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, int blocks,
+                    shd_bend *out, shd_block_rays *rays);
 
-/* The same of those rays through centers of pixels that hit a ball with an N.V of rays->cosine or
- * more, which is as small as sketches take, for blocks at silhouettes. */
+/* The same of those rays of one block through centers of pixels that hit a ball with an N.V of
+ * rays->cosine or more, which is as small as sketches take, for blocks at silhouettes. */
 bool shd_sight_bend_part(const shd_sight *sight, const shd_survey *survey, size_t block,
                          shd_bend *out, shd_block_rays *rays);
 

@@ -175,7 +175,7 @@ static void centers_are_no_farther_off_than_told(void **state) {
         set_object(&s, &random);
         shd_bend bend;
         shd_block_rays rays;
-        if (!shd_sight_bend(&s.sight, &s.survey, 0, &bend, &rays)) continue;
+        if (!shd_sight_bend(&s.sight, &s.survey, 0, 1, &bend, &rays)) continue;
         bent++;
         set_plan(&s, &bend, &random);
         check_bend(&s, &bend, seed);

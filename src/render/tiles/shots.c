@@ -121,7 +121,8 @@ static look sketch_block(const shd_scenery *scenery, size_t block, const shd_ben
     const size_t x = block % (size_t)s->survey.across, y = block / (size_t)s->survey.across;
     float *rgb[3];
     for (int c = 0; c < 3; c++) rgb[c] = s->sketch[c] + (y * SHD_TILE + x) * SHD_SKETCH_SIDE;
-    const shd_sketched told = shd_sketch_block(scenery->lighting, bend, rays, SHD_TILE, rgb);
+    shd_sketched told;
+    if (!shd_sketch_blocks(scenery->lighting, bend, rays, SHD_TILE, rgb, &told)) return LOOK_AT_ALL;
     const uint64_t missed = bend->alone ? told.missed : 0, all = SHD_SKETCHED_ALL;
     if (told.drawn != all && (!some || __builtin_popcountll(told.drawn | missed) < FEW))
         return LOOK_AT_ALL;
@@ -140,22 +141,58 @@ static look sketch_part(const shd_scenery *scenery, size_t block, shd_tile_scrat
                : LOOK_AT_ALL;
 }
 
-/* Looks at a block by draft's ways: all of its pixels take one sample at their centers, if that is
- * within plan->mean_room of the mean of all. */
+/* The block that is the k-th one if those of a quad, of two by two, follow each other. */
+static size_t block_in_quads(const shd_survey *survey, size_t k) {
+    const size_t across = (size_t)survey->across, quads = across / 2, quad = k / 4;
+    return (2 * (quad / quads) + (k / 2 & 1)) * across + 2 * (quad % quads) + (k & 1);
+}
+
+/* Whether all pixels of these blocks may take one sample at their centers, which is within
+ * plan->mean_room of the mean of all. */
+static bool is_central(const shd_scenery *scenery, const shd_bend *bend,
+                       const shd_tile_scratch *s) {
+    const shd_plan *plan = scenery->plan;
+    return plan->scene->raster.samples == 1 ||
+           (shd_plan_is_thin(plan) &&
+            shd_mean_is_central(plan, bend, &s->spread, &plan->mean_room));
+}
+
+/* Draws those of a quad of blocks of which all pixels may be sketched, told of by the middle of the
+ * quad: to tell of one takes as long as to light much of it. */
+static void sketch_quad(const shd_scenery *scenery, size_t block, shd_tile_scratch *s) {
+    enum { SIDE = 2 };
+    const size_t across = (size_t)s->survey.across, x = block % across, y = block / across;
+    shd_bend bend;
+    shd_block_rays rays;
+    shd_sketched told[SIDE * SIDE];
+    float *rgb[3];
+    for (int c = 0; c < 3; c++) rgb[c] = s->sketch[c] + (y * SHD_TILE + x) * SHD_SKETCH_SIDE;
+    if (!s->survey.blocks[block].count ||
+        !shd_sight_bend(scenery->sight, &s->survey, block, SIDE, &bend, &rays) ||
+        !is_central(scenery, &bend, s) ||
+        !shd_sketch_blocks(scenery->lighting, &bend, &rays, SHD_TILE, rgb, told))
+        return;
+    for (size_t k = 0; k < SIDE * SIDE; k++) {
+        const size_t of = block + k / SIDE * across + k % SIDE;
+        if (told[k].drawn != SHD_SKETCHED_ALL) continue;
+        s->sketched |= 1u << of;
+        s->drawn[of] = SHD_SKETCHED_ALL;
+    }
+}
+
+/* Looks at a block by draft's ways. */
 static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
     const bool one = plan->scene->raster.samples == 1;
     shd_bend bend;
     shd_block_rays rays;
     if (one && shd_sight_has_small_balls(scenery->sight, &s->survey, block)) return LOOK_AT_ALL;
-    if (!shd_sight_bend(scenery->sight, &s->survey, block, &bend, &rays))
+    if (!shd_sight_bend(scenery->sight, &s->survey, block, 1, &bend, &rays))
         return shd_sight_misses(scenery->sight, &s->survey, block) ? LOOK_DONE
                : one && plan->sketched                             ? sketch_part(scenery, block, s)
                                                                    : LOOK_AT_ALL;
     if (plan->materials[plan->objects[bend.object].material].textures) return LOOK_AT_ALL;
-    if (!one && (!shd_plan_is_thin(plan) ||
-                 !shd_mean_is_central(plan, &bend, &s->spread, &plan->mean_room)))
-        return LOOK_AT_ALL;
+    if (!is_central(scenery, &bend, s)) return LOOK_AT_ALL;
     look how = plan->sketched ? sketch_block(scenery, block, &bend, &rays, one, s) : LOOK_AT_ALL;
     if (how == LOOK_AT_ALL && one && plan->sketched) how = sketch_part(scenery, block, s);
     return how == LOOK_AT_ALL && !one ? LOOK_ONCE : how;
@@ -174,9 +211,13 @@ static void find_kinds(const shd_scenery *scenery, shd_tile_scratch *s, block_ki
     *out = (block_kinds){0};
     for (size_t block = 0; block < blocks; block++) out->rules[block].all = ~(uint64_t)0;
     if (!draft && !s->rule_count) return;
+    for (size_t k = 0; scenery->plan->sketched && k < blocks; k += 4)
+        sketch_quad(scenery, block_in_quads(&s->survey, k), s);
     for (size_t block = 0; block < blocks; block++) {
         if (!s->survey.blocks[block].count) continue;
-        const look how = draft ? look_lightly(scenery, block, s) : LOOK_AT_ALL;
+        const look how = s->sketched >> block & 1 ? LOOK_DONE
+                         : draft                  ? look_lightly(scenery, block, s)
+                                                  : LOOK_AT_ALL;
         out->drawn[block] = how == LOOK_DONE;
         out->center[block] = how == LOOK_ONCE;
         out->rest[block] = how == LOOK_AT_REST;
@@ -217,12 +258,6 @@ static void add_ruled(shd_tile tile, const block_kinds *kinds, size_t rule, shd_
             b->object = of->object;
             if (!shared) join_last(s);
         }
-}
-
-/* The block that is the k-th one if those of a quad, of two by two, follow each other. */
-static size_t block_in_quads(const shd_survey *survey, size_t k) {
-    const size_t across = (size_t)survey->across, quads = across / 2, quad = k / 4;
-    return (2 * (quad / quads) + (k / 2 & 1)) * across + 2 * (quad % quads) + (k & 1);
 }
 
 /* Lists the pixels that take all samples, of blocks all of whose rays hit something, or of the
