@@ -215,12 +215,12 @@ static uint64_t pixels_of(const shd_sight *sight, const shd_seen *seen, size_t c
     const double p = w.p, q = w.q, hh = w.h * w.h;
     uint64_t out = 0;
     for (size_t k = 0; k < count; k++) {
-        const shd_outline *outline = &sight->seen[seen[k].object].outline;
+        const shd_seen_object *g = &sight->seen[seen[k].object];
         for (int i = 0; i < SIDE * SIDE; i++) {
             w.p = p + i % SIDE * lens->step_x;
             w.q = q - i / SIDE * lens->step_y;
             w.k = sqrt(fmax(0, w.p * w.p + w.q * w.q + 1 - hh));
-            out |= (uint64_t)may_see(outline, &w) << (i / SIDE * SHD_BLOCK_SIDE + i % SIDE);
+            out |= (uint64_t)may_see(g, &w) << (i / SIDE * SHD_BLOCK_SIDE + i % SIDE);
         }
     }
     return out;

@@ -76,7 +76,8 @@ static void shoot_part(const shd_sight *sight, const shd_survey *survey, size_t 
 }
 
 typedef struct tally {
-    size_t parts, before_others, empty;
+    size_t parts, before_others, empty,
+        beside; /* `beside`: pixels, of blocks that show something */
 } tally;
 
 static void check_part(const shd_sight *sight, const shd_survey *survey, size_t block, int part,
@@ -99,6 +100,18 @@ static void check_part(const shd_sight *sight, const shd_survey *survey, size_t 
             fail_msg("object %d is before %zu: %s", hits->object[i], a.object, json);
 }
 
+/* Pixels through which nothing may be seen show nothing. */
+static void check_pixels(const shd_sight *sight, const shd_survey *survey, size_t block,
+                         shd_hits *hits, const char *json, tally *t) {
+    const uint64_t pixels = shd_sight_pixels(sight, survey, block);
+    shoot_part(sight, survey, block, SHD_WHOLE, hits);
+    for (size_t i = 0; i < hits->count; i++)
+        if (!(pixels >> hits->shot[i] / SAMPLES & 1))
+            fail_msg("pixel %u of block %zu shows something: %s", hits->shot[i] / SAMPLES, block,
+                     json);
+    if (pixels) t->beside += (size_t)__builtin_popcountll(~pixels);
+}
+
 static void one_object_is_before_all_others(void **state) {
     tally t = {0};
     for (uint64_t seed = 1; seed <= 150; seed++) {
@@ -119,9 +132,11 @@ static void one_object_is_before_all_others(void **state) {
                          &hits);
         for (int tile = 0; tile < 4; tile++) {
             shd_sight_survey(sight, (shd_tile){tile % 2 * 32, tile / 2 * 32, 32, 32}, &survey);
-            for (size_t block = 0; survey.candidate_count && block < 16; block++)
+            for (size_t block = 0; survey.candidate_count && block < 16; block++) {
                 for (int part = 0; part <= SHD_WHOLE; part++)
                     check_part(sight, &survey, block, part, &hits, json, &t);
+                check_pixels(sight, &survey, block, &hits, json, &t);
+            }
         }
         shd_request_drop(request);
         free(json);
@@ -129,6 +144,8 @@ static void one_object_is_before_all_others(void **state) {
     print_message("of %zu parts, %zu show one object before others, and %zu nothing\n", t.parts,
                   t.before_others, t.empty);
     assert_true(t.before_others > t.parts / 50 && t.empty > t.parts / 100);
+    print_message("%zu pixels are beside what is seen\n", t.beside);
+    assert_true(t.beside > t.parts / 10);
 }
 
 int main(void) {
