@@ -25,7 +25,7 @@ typedef struct face {
     bool near;              /* lights near the plane count, too */
 } face;
 
-/* gcc makes nothing of the kind of a plain loop. */
+/* gcc does not vectorize a plain loop over these. */
 typedef double two __attribute__((vector_size(16)));
 typedef int64_t truths __attribute__((vector_size(16)));
 
@@ -188,8 +188,8 @@ static void look_at_mesh(gathering *g, const shd_object *object) {
     }
 }
 
-/* Whether `from` has all sheets that lights of the plan would get: it has them, and more of them,
- * and looked at each mesh that would be looked at. */
+/* Whether `from`, whose lights are those of the plan and more, has all sheets that these would get:
+ * it looked at each mesh that would be looked at. */
 static bool has_sheets(const shd_plan *from, const shd_plan *plan) {
     for (size_t i = 0; from && i < plan->scene->object_count; i++) {
         const shd_mesh *mesh = plan->scene->objects[i].mesh;

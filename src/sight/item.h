@@ -69,7 +69,7 @@ typedef struct shd_item {
         longest;      /* how much from_world and to_world lengthen: of ellipsoids, for drafts */
     shd_vec3 forward; /* the rays' direction there, in an orthographic camera */
     const shd_facets *facets; /* NULL: it has none */
-    /* Of SHD_MESH; of what is none, not even cleared. */
+    /* Of SHD_MESH: */
     shd_triangles triangles;
     shd_mesh_view view;
     const double *units; /* [vertex_count][3]: these normals, unit */
@@ -153,7 +153,7 @@ struct shd_sight {
     double offset_x[65 + SHD_NODES_OWN], offset_y[65 + SHD_NODES_OWN];
 };
 
-/* An object's item: that of a ball is made in `room`. */
+/* An object's item: that of a ball is made in `room`, of which rays ask for `ball` and the maps. */
 const shd_item *shd_item_of(const shd_sight *sight, size_t object, shd_item *room);
 
 /* The size of each component. */

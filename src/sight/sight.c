@@ -219,18 +219,15 @@ static bool see_ball(const shd_plan *plan, size_t index, shd_seen_object *one) {
 const shd_item *shd_item_of(const shd_sight *sight, size_t object, shd_item *room) {
     if (sight->items[object]) return sight->items[object];
     const shd_seen_ball *ball = &sight->seen[object].ball;
-    const double shrink = 1 / ball->size, grow = ball->size * sight->plan->scale;
+    const double grow = ball->size * sight->plan->scale;
     *room = (shd_item){.shape = SHD_SPHERE,
                        .front_only = ball->turned > 0,
                        .similar = true,
                        .ball = ball,
-                       .size = ball->size,
-                       .eye = ball->eye,
                        .to_frame = scaling_map(grow, ball->center),
                        .to_world = scaling_map(ball->size, sight->plan->objects[object].center),
-                       .from_world = scaling_map(shrink, (shd_vec3){0, 0, 0}),
-                       .normal_map = scaling_map(1, (shd_vec3){0, 0, 0}),
-                       .forward = shd_scale(sight->lens.camera->back, -shrink)};
+                       .from_world = scaling_map(1 / ball->size, (shd_vec3){0, 0, 0}),
+                       .normal_map = scaling_map(1, (shd_vec3){0, 0, 0})};
     return room;
 }
 
