@@ -49,6 +49,16 @@ static void write_light(FILE *out, int i, lamps kind, uint64_t *random) {
     fprintf(out, "\"color\": [%g, %g, %g]}", red, 0.5, blue);
 }
 
+/* The document is freed. */
+static shd_request *read_document(shd_engine *engine, char *json, size_t size) {
+    shd_request *request;
+    assert_int_equal(shd_request_new(engine, &request, NULL), SHD_OK);
+    if (shd_request_read(request, json, size, SHD_PNG))
+        fail_msg("%s", shd_request_report(request)->errors[0].detail);
+    free(json);
+    return request;
+}
+
 static shd_request *read_scene(shd_engine *engine, lamps kind, int seed) {
     static const char *const shapes[] = {
         "\"sphere\", \"radius\": 0.1", "\"box\", \"size\": [0.1, 0.2, 0.1]",
@@ -70,12 +80,7 @@ static shd_request *read_scene(shd_engine *engine, lamps kind, int seed) {
                 uniform(&random, -3, 3), uniform(&random, -3, 3));
     fprintf(out, "]}");
     fclose(out);
-    shd_request *request;
-    assert_int_equal(shd_request_new(engine, &request, NULL), SHD_OK);
-    if (shd_request_read(request, json, size, SHD_PNG))
-        fail_msg("%s", shd_request_report(request)->errors[0].detail);
-    free(json);
-    return request;
+    return read_document(engine, json, size);
 }
 
 /* What tells how far off a picture is. */
@@ -224,12 +229,7 @@ static shd_request *read_boxes(shd_engine *engine, int boxes, int lights) {
                 floor(uniform(&random, -8, 8)));
     fprintf(out, "]}");
     fclose(out);
-    shd_request *request;
-    assert_int_equal(shd_request_new(engine, &request, NULL), SHD_OK);
-    if (shd_request_read(request, json, size, SHD_PNG))
-        fail_msg("%s", shd_request_report(request)->errors[0].detail);
-    free(json);
-    return request;
+    return read_document(engine, json, size);
 }
 
 static void planes_of_faces_are_found_among_many_lights_as_for_one(void **state) {
@@ -293,12 +293,7 @@ static shd_request *read_crowd(shd_engine *engine, int count, double budget) {
             uniform(&random, -3, 3));
     fprintf(out, "]}");
     fclose(out);
-    shd_request *request;
-    assert_int_equal(shd_request_new(engine, &request, NULL), SHD_OK);
-    if (shd_request_read(request, json, size, SHD_PNG))
-        fail_msg("%s", shd_request_report(request)->errors[0].detail);
-    free(json);
-    return request;
+    return read_document(engine, json, size);
 }
 
 static void budgets_hold_for_many_lights_and_objects(void **state) {
