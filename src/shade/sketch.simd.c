@@ -183,6 +183,21 @@ SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], 
     return shd_vf_mul_in(in, power, f);
 }
 
+/* The attenuation over the distance, and for highlights 1/distance and the attenuation. */
+SHD_INLINE shd_vf weigh_fall(const shd_packed_light *light, shd_vf d2, bool shines, shd_vf *r,
+                             shd_vf *f) {
+    const shd_vf one = shd_vf_set(1), distance = shd_vf_sqrt(d2);
+    if (light->kind == SHD_KIND_POINT) return *r = one / distance;
+    const shd_vf d = shd_vf_max(distance, shd_vf_set(light->least)),
+                 slope = shd_mad(d, shd_vf_set(light->c), shd_vf_set(light->b)),
+                 fall = shd_mad(d, slope, shd_vf_set(light->a)), both = one / (fall * distance);
+    if (shines) {
+        *r = both * fall;
+        *f = both * distance;
+    }
+    return both;
+}
+
 /* Adds a light. Sets the lanes of `unknown` in which f32 does not tell whether there is a
  * highlight, which may be where N.L `turns` its sign. */
 SHD_INLINE void add_light(const sketch_place *place, const shd_sketch_group *group,
@@ -210,8 +225,7 @@ SHD_INLINE void add_light(const sketch_place *place, const shd_sketch_group *gro
                                                         dot_lanes(at->mirror, path), none));
         if (!shd_mf_any(lit)) return;
     }
-    if (!directional) weigh_distance(from, from->kind, d2, &r, &f);
-    const shd_vf along = directional ? f : f * r,
+    const shd_vf along = directional ? f : weigh_fall(from, d2, place->shines, &r, &f),
                  weight = turns ? shd_vf_mul_in(lit, facing, along) : facing * along;
 #pragma GCC unroll 3
     for (int c = 0; c < 3; c++) rgb[c] = shd_mad(weight, shd_vf_set(light->diffuse[c]), rgb[c]);

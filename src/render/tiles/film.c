@@ -272,19 +272,28 @@ static void store_bounds(const film_job *j, const film_scratch *s, const shd_fra
         }
 }
 
-static void store_codes(const film_job *j, film_scratch *s, shd_tile tile, bool empty) {
+static unsigned char *samples_of(const film_job *j, shd_tile tile) {
+    const shd_film *film = j->film;
+    const size_t size = (size_t)film->layout.count * film->layout.bytes;
+    return film->samples + size * place_in_film(j, tile.x, tile.y);
+}
+
+static void store_background(const film_job *j, film_scratch *s, shd_tile tile) {
     const shd_film *film = j->film;
     const size_t size = (size_t)film->layout.count * film->layout.bytes, width = (size_t)tile.w;
-    unsigned char *out = film->samples + size * place_in_film(j, tile.x, tile.y);
-    if (empty) {
-        for (int y = 0; y < tile.h; y++, out += size * (size_t)film->width)
-            memcpy(out, j->background, size * width);
-        s->clipped += j->background_clipped * width * (size_t)tile.h;
-        return;
-    }
+    unsigned char *out = samples_of(j, tile);
+    for (int y = 0; y < tile.h; y++, out += size * (size_t)film->width)
+        memcpy(out, j->background, size * width);
+    s->clipped += j->background_clipped * width * (size_t)tile.h;
+}
+
+/* Of the tile's planes, which may be changed. */
+static void store_codes(const film_job *j, film_scratch *s, shd_tile tile, float *const planes[3]) {
+    const shd_film *film = j->film;
+    const size_t width = (size_t)tile.w;
     const size_t first = place_in_scratch(tile.x, tile.y);
     size_t count = (size_t)tile.h * SHD_TILE;
-    float *const pixels[3] = {s->pixels[0] + first, s->pixels[1] + first, s->pixels[2] + first};
+    float *const pixels[3] = {planes[0] + first, planes[1] + first, planes[2] + first};
     if (width < SHD_TILE) { /* at the region's edges: makes the rows follow each other */
         for (int c = 0; c < 3; c++)
             for (size_t y = 1; y < (size_t)tile.h; y++)
@@ -293,7 +302,7 @@ static void store_codes(const film_job *j, film_scratch *s, shd_tile tile, bool 
     }
     const shd_encoded counts = shd_color_encode_planes(
         film->codes, j->scenery.plan->isa, (const float *const *)pixels, NULL, count,
-        film->layout.source, film->layout.count, width, (size_t)film->width, out);
+        film->layout.source, film->layout.count, width, (size_t)film->width, samples_of(j, tile));
     s->saturated += counts.beyond;
     s->clipped += counts.clipped;
 }
@@ -342,16 +351,19 @@ static void render_tile(void *context, size_t index, unsigned slot) {
     const shd_scene *scene = j->scenery.plan->scene;
     const uint32_t sketched = s->tile ? s->tile->sketched : 0;
     if (j->film->codes && !f->count && !scene->backdrop && !sketched) {
-        store_codes(j, s, tile, true);
+        store_background(j, s, tile);
     } else {
+        const bool all = sketched && is_all_sketched(s->tile),
+                   straight = all && j->film->codes && !j->film->bound && !scene->transparent;
+        float *const painted[3] = {s->pixels[0], s->pixels[1], s->pixels[2]};
         if (f->coverage || scene->transparent || scene->backdrop) {
             memset(s->cover, 0, sizeof s->cover);
             for (size_t i = 0; i < f->count; i++)
                 s->cover[f->cell[i]] += f->coverage ? f->coverage[i] : 1;
         }
         for (size_t p = 0; p < j->scenery.plan->plane_count && !is_stopped(j); p++) {
-            if (!sketched || !is_all_sketched(s->tile)) paint_plane(j, s, f, tile, p);
-            if (sketched) lay_sketch(s->tile, scene->transparent, s);
+            if (!all) paint_plane(j, s, f, tile, p);
+            if (sketched && !straight) lay_sketch(s->tile, scene->transparent, s);
             if (p)
                 store_floats(j, s, tile, j->film->planes[p], 3);
             else if (j->film->rgba)
@@ -359,7 +371,7 @@ static void render_tile(void *context, size_t index, unsigned slot) {
             if (!p && j->film->bound) store_bounds(j, s, f, tile);
         }
         shd_end(watch, &watch->times.shade);
-        if (j->film->codes) store_codes(j, s, tile, false);
+        if (j->film->codes) store_codes(j, s, tile, straight ? s->tile->sketch : painted);
     }
     shd_end(watch, &watch->times.color);
     atomic_fetch_add(&j->rendering->engine->tiles[is_stopped(j) ? 1 : 0], 1);

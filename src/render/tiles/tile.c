@@ -1,6 +1,5 @@
 #include "render/tiles/tile.h"
 
-#include <assert.h>
 #include <string.h>
 
 #include "bound/light/weakest.h"
@@ -11,6 +10,7 @@
 #include "render/tiles/gather.h"
 #include "render/tiles/patch.h"
 #include "render/tiles/radiance.h"
+#include "render/tiles/runs.h"
 #include "render/tiles/shots.h"
 #include "render/tiles/smooth.h"
 #include "render/tiles/textured.h"
@@ -18,67 +18,6 @@
 #include "shade/quick.h"
 
 /* ---- Light on what was hit. ---- */
-
-/* Copies the hits in the order of `order`. */
-static void sort_hits(const shd_hits *from, const uint32_t *order, shd_hits *to) {
-    const size_t count = to->count = from->count;
-#define SORT(array)                                                                                \
-    for (size_t i = 0; from->array && i < count; i++) to->array[i] = from->array[order[i]]
-#define SORT_VECTORS(array)                                                                        \
-    for (size_t i = 0; from->array[0] && i < count; i++)                                           \
-        for (int c = 0; c < 3; c++) to->array[c][i] = from->array[c][order[i]]
-    SORT_VECTORS(position32);
-    SORT_VECTORS(normal32);
-    SORT_VECTORS(mirror32);
-    SORT_VECTORS(low32);
-    SORT_VECTORS(position);
-    SORT_VECTORS(normal);
-    SORT_VECTORS(view);
-    SORT(object);
-    SORT(shot);
-    SORT(depth);
-    SORT(triangle);
-    SORT(u);
-    SORT(v);
-#undef SORT_VECTORS
-#undef SORT
-    shd_hits_pad(to);
-}
-
-static void add_run(const shd_scenery *scenery, shd_tile_scratch *s, size_t class, uint32_t first,
-                    uint32_t count) {
-    const int32_t group = class == scenery->plan->group_count ? SHD_RADIANCE : (int32_t) class;
-    assert(s->run_count < s->run_capacity);
-    s->runs[s->run_count++] = (shd_run){group, first, count};
-}
-
-/* Makes runs of one group each. Returns the hits that they are runs of. */
-static const shd_hits *make_runs(const shd_scenery *scenery, const shd_hits *hits,
-                                 shd_tile_scratch *s) {
-    const size_t classes = scenery->plan->group_count + 1;
-    s->run_count = 0;
-    if (!hits->count) return hits;
-    const uint32_t *const class_of = scenery->classes;
-    bool alike = shd_is_one_object(hits);
-    if (!alike) {
-        memset(s->starts, 0, (classes + 1) * sizeof *s->starts);
-        for (size_t i = 0; i < hits->count; i++) s->starts[class_of[hits->object[i]] + 1]++;
-        alike = s->starts[class_of[hits->object[0]] + 1] == hits->count;
-    }
-    if (alike) {
-        add_run(scenery, s, class_of[hits->object[0]], 0, (uint32_t)hits->count);
-        return hits;
-    }
-    for (size_t k = 0; k < classes; k++) {
-        const uint32_t count = s->starts[k + 1];
-        s->starts[k + 1] += s->starts[k];
-        if (count) add_run(scenery, s, k, s->starts[k], count);
-    }
-    for (size_t i = 0; i < hits->count; i++)
-        s->order[s->starts[class_of[hits->object[i]]]++] = (uint32_t)i;
-    sort_hits(hits, s->order, &s->sorted);
-    return &s->sorted;
-}
 
 /* Hits that follow each other and see one material, and the lights that they are lit by. */
 typedef struct lit_run {
@@ -285,6 +224,16 @@ static int last_level(const lit_run *l) {
     return l->quick && !l->material->lobe_count ? SHD_AFAR_LEVELS - 2 : SHD_AFAR_LEVELS - 1;
 }
 
+/* Whether the parts of a run are so small, as of many little balls, that lights are summed for few
+ * points at once: that costs more than what a part could leave out. */
+static bool has_thin_parts(const lit_run *l, const shd_chunk *chunk, bool quads,
+                           const shd_survey *survey) {
+    enum { THIN = 16 };
+    size_t parts = 0;
+    for (size_t at = 0; at < l->count; parts++) at += part_of(l, at, chunk, quads, survey);
+    return l->count < parts * THIN;
+}
+
 /* Lights a run for plane 0 by bunches of lights that are far from all of it, or from quads of
  * blocks of it, or from blocks: what a block leaves out depends on what its tile shows, and on
  * nothing else. A few points of which nothing is found yet are lit by all, which is as fast as
@@ -294,26 +243,26 @@ static void light_from_afar(const shd_scenery *scenery, const lit_run *l, const 
     enum { FEW = 24 /* lights */, ALONE = 32, SMALL = 256 /* points */ };
     static const double BENT = 0.9;
     static const size_t least[SHD_AFAR_LEVELS] = {256, 128, 1}; /* points that it pays for */
-    const int last = last_level(l);
     const shd_plan *plan = scenery->plan;
+    const bool quads = level + 2 < SHD_AFAR_LEVELS,
+               last = level == last_level(l) || has_thin_parts(l, chunk, quads, &s->survey);
     const bool pays = l->count >= least[level], small = !whole && l->quick && l->count <= SMALL;
-    if (level == last && !whole && (!pays || l->count < ALONE)) {
+    if (last && !whole && (!pays || l->count < ALONE)) {
         sum_lights(scenery, l, 0, s);
         return;
     }
     shd_afar *found = &s->afar.levels[level];
-    if (small || pays || level == last) {
+    if (small || pays || last) {
         const shd_patch patch = shd_patch_of(scenery, l->hits, l->first, l->count);
         if (small && patch.cos_spread < BENT) {
             sum_lights(scenery, l, 0, s);
             return;
         }
-        if (pays && (level == last || patch.cos_spread > 0)) {
-            shd_afar_find(plan, l->material, &patch, l->count, level, level == last, whole,
-                          &s->afar, found);
+        if (pays && (last || patch.cos_spread > 0)) {
+            shd_afar_find(plan, l->material, &patch, l->count, level, last, whole, &s->afar, found);
             whole = found;
         }
-        if (level == last || (pays && whole && whole->open_count + whole->alone_count <= FEW)) {
+        if (last || (pays && whole && whole->open_count + whole->alone_count <= FEW)) {
             light_rest(scenery, l, &patch, whole, s);
             return;
         }
@@ -321,7 +270,7 @@ static void light_from_afar(const shd_scenery *scenery, const lit_run *l, const 
     for (size_t at = 0; at < l->count && !shd_is_cancelled(plan->cancelled);) {
         lit_run part = *l;
         part.first += at;
-        at += part.count = part_of(l, at, chunk, level + 2 < SHD_AFAR_LEVELS, &s->survey);
+        at += part.count = part_of(l, at, chunk, quads, &s->survey);
         light_from_afar(scenery, &part, chunk, level + 1, whole, s);
     }
 }
@@ -345,7 +294,7 @@ static const shd_known *know_lights(const shd_scenery *scenery, const lit_run *l
 static const shd_hits *light_hits(const shd_scenery *scenery, const shd_chunk *chunk,
                                   shd_tile_scratch *s) {
     const shd_plan *plan = scenery->plan;
-    const shd_hits *hits = make_runs(scenery, s->now, s);
+    const shd_hits *hits = shd_make_runs(scenery, s->now, s);
     void (*const light_run)(const shd_scenery *, const lit_run *, size_t, shd_tile_scratch *) =
         plan->tier == SHD_EXACT ? light_exactly : sum_lights;
     if (hits->count && hits == s->now && hits->shot[hits->count - 1] == hits->count - 1)
