@@ -59,6 +59,8 @@ static void set_sliver(const shd_mesh_view *view, const shd_leaf *leaf, const sh
     }
     const int least = size[0] < size[1] ? size[0] < size[2] ? 0 : 2 : size[1] < size[2] ? 1 : 2;
     const side *two[2] = {&sides[(least + 1) % 3], &sides[(least + 2) % 3]};
+    /* An edge may lie along a row: then it crosses none, and what is made of it is not a number. */
+    bool told = two[0]->across * two[1]->across < 0;
     for (int e = 0; e < 2; e++) {
         const double per = 1 / (two[e]->across * p);
         at[e] = -two[e]->fixed * per;
@@ -67,9 +69,9 @@ static void set_sliver(const shd_mesh_view *view, const shd_leaf *leaf, const sh
          * no term more than 6 times. */
         const double error =
             6e-14 * x * y * fabs(per) + 0x1p-21 * (1 + fabs(at[e]) + fabs(slope[e]));
-        reach = e && reach > error ? reach : error;
+        told = told && error < 1e3;
+        reach = shd_larger(error, reach);
     }
-    const bool told = (two[0]->across > 0) != (two[1]->across > 0) && reach < 1e3;
     for (int e = 0; e < 2; e++) {
         out->at[e][i] = told ? (float)at[e] : 0;
         out->slope[e][i] = told ? (float)slope[e] : 0;

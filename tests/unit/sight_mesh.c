@@ -261,6 +261,25 @@ static void needles_are_exact(void **state) {
 }
 
 /* ... or the sight of them would cost what boxes that all overlap do. */
+/* One edge of each lies along the camera's axis to the right, and crosses no row of rays. */
+static void needles_along_the_horizon_are_exact(void **state) {
+    uint64_t random = 16;
+    solid s = new_solid(3 * 200, 200);
+    for (uint32_t i = 0; i < 200; i++) {
+        const shd_vec3 at = random_direction(&random), off = random_direction(&random);
+        const double x = 0.2 * at.x, z = at.z, part = 0.45 * off.x;
+        add_vertex(&s, x - 1, 0, z - 1);
+        add_vertex(&s, x + 1, 0, z + 1);
+        add_vertex(&s, x + 2 * part, 0.05 * off.y, z + 2 * part);
+        add_triangle(&s, 3 * i, 3 * i + 1, 3 * i + 2);
+    }
+    assert_true(check_solid(*state, &s, "\"position\": [0, 0, 5], \"fov\": 40", 20, 0.7) > 50);
+    assert_true(check_solid(*state, &s,
+                            "\"type\": \"orthographic\", \"height\": 3, \"position\": [0, 0, 5]",
+                            20, 0.7) > 50);
+    drop_solid(&s);
+}
+
 static void boxes_are_turned_to_needles(void **state) {
     uint64_t random = 16;
     solid s = new_needles(&random, 1, 0.01);
@@ -455,6 +474,7 @@ int main(void) {
         cmocka_unit_test(edges_are_where_they_are_at_any_zoom),
         cmocka_unit_test(stretched_tori_are_exact),
         cmocka_unit_test(needles_are_exact),
+        cmocka_unit_test(needles_along_the_horizon_are_exact),
         cmocka_unit_test(boxes_are_turned_to_needles),
         cmocka_unit_test(meshes_far_away_tiny_and_huge_are_exact),
         cmocka_unit_test(no_ray_slips_through_corners_and_edges),
