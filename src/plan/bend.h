@@ -16,16 +16,14 @@ typedef struct shd_slopes {
 
 typedef struct shd_bend {
     size_t object;                /* all of the block's rays hit it, and nothing else */
-    bool alone;                   /* and they do not go on to another object behind it */
     shd_vec3 point, normal, view; /* at the block's middle: world frame, unit, unit */
     shd_slopes points, normals, views;
     double reach; /* pixels: no ray is farther from the middle */
 } shd_bend;
 
-/* What sketches ask of a block (shade/sketch.c): with c the least N.V, and in radii of a ball, its
- * rays begin no farther from the middle's point than FLAT c^2 and LOW c, and their directions are
- * no farther apart than WIDE c. */
-static const double SHD_SKETCH_FLAT = 2, SHD_SKETCH_LOW = 0.5, SHD_SKETCH_WIDE = 0.1;
+/* Sketches' rays (shade/sketch.c) begin no farther from the middle's point than LOW c, with c the
+ * least N.V, and in radii of a ball. */
+static const double SHD_SKETCH_LOW = 0.5;
 
 /* The rays through a block's pixels, as they meet the surface that bends. In units of `size`, with
  * the middle's point as the origin, the ray through the pixel that is x to the right and y below
@@ -36,9 +34,6 @@ typedef struct shd_block_rays {
     shd_vec3 way, way_x, way_y, at_x, at_y; /* `way` is unit */
     shd_vec3 middle;                        /* the normal there */
     int blocks;                             /* each way */
-    /* Of a part of a block (shd_sight_bend_part): what is told of its middle is so of the pixel at
-     * (x, y) beside it, and `spread` pixels are the farthest from there. Else these are 0. */
-    double x, y, spread;
     /* An ellipsoid is a ball, and all this is so, in a frame of its own, which these map; NULL:
      * this is the world's. The transpose of from_world times `to_normal` makes N of `middle`, and
      * no other vector more than `stretch` times as long. */

@@ -1,8 +1,7 @@
 /* What f32 errs by, with u = 2^-24, c the least N.V of what is drawn, o the way of a pixel's ray
  * beside the middle's point in units of the ball's radius, r the most of |o|, and w the ray's
  * direction, which has the length 1 in the middle and is off that by WIDE c at most. The middle's
- * point, normal and ray are of f64. Of a part of a block, the middle is the pixel that tells of it,
- * and (N.w)^2 tells in f32 which pixels are drawn, and which rays miss: it is off by 90 u.
+ * point, normal and ray are of f64.
  *
  * Where a ray meets the ball (sketch.simd.c). As r <= FLAT c^2 and LOW c, C = o.(m + q) is k c^2 at
  * most, with k = 4.25, and k c = 1.25. As -m.w is 0.9 c at least and o.w 0.55 c at most, -b is 0.35
@@ -39,11 +38,9 @@
 
 #include "shade/sketch_job.h"
 
-/* As above, and in plan/bend.h. */
-static const double NEAR = 8, NEAR_PLANE = 3, RADII = 3, STRETCH = 2, OWN_FLAT = 0.4;
-
-/* f32 has (N.w)^2 no farther off, with the room that N.V then needs. */
-static const double MET_OFF = 0x1p-16;
+/* As above; LOW is in plan/bend.h. */
+static const double FLAT = 2, WIDE = 0.1, NEAR = 8, NEAR_PLANE = 3, RADII = 3, STRETCH = 2,
+                    OWN_FLAT = 0.4;
 
 /* ---- Lights on materials. ---- */
 
@@ -129,18 +126,16 @@ static bool is_within(const shd_block_rays *rays, shd_vec3 x, shd_vec3 y, double
     return half * half * (shd_dot(x, x) + shd_dot(y, y)) <= most * most;
 }
 
-/* Parts of blocks are. */
 static bool is_steady(const shd_block_rays *rays) {
     static const double HALF_ROOT2 = 0.7071067811;
     const double c = rays->cosine;
-    if (rays->spread > 0) return true;
     if (rays->to_world) /* whatever the angle */
         return rays->stretch <= STRETCH &&
-               is_within(rays, rays->way_x, rays->way_y, HALF_ROOT2 * SHD_SKETCH_WIDE * c) &&
+               is_within(rays, rays->way_x, rays->way_y, HALF_ROOT2 * WIDE * c) &&
                is_within(rays, rays->at_x, rays->at_y, HALF_ROOT2 * OWN_FLAT * c * c);
-    return is_within(rays, rays->way_x, rays->way_y, SHD_SKETCH_WIDE * c) &&
+    return is_within(rays, rays->way_x, rays->way_y, WIDE * c) &&
            (!rays->curved ||
-            is_within(rays, rays->at_x, rays->at_y, fmin(SHD_SKETCH_FLAT * c, SHD_SKETCH_LOW) * c));
+            is_within(rays, rays->at_x, rays->at_y, fmin(FLAT * c, SHD_SKETCH_LOW) * c));
 }
 
 /* How near lights may be. */
@@ -186,23 +181,18 @@ static void set_ellipsoid(const shd_bend *bend, const shd_block_rays *rays, doub
 
 /* The rays from the block's middle on. */
 static void set_rays(const shd_block_rays *rays, shd_sketch_job *j) {
-    const double x = -rays->x, y = -rays->y;
     j->blocks = rays->blocks;
-    j->part = rays->spread > 0;
-    j->least2 = (float)(rays->cosine * rays->cosine + MET_OFF);
-    j->out2 = (float)-MET_OFF;
     round_vec(rays->middle, j->middle);
-    round_vec(shd_madd(shd_madd(rays->way, rays->way_x, x), rays->way_y, y), j->way);
+    round_vec(rays->way, j->way);
     round_vec(rays->way_x, j->way_x);
     round_vec(rays->way_y, j->way_y);
-    round_vec(shd_madd(shd_scale(rays->at_x, x), rays->at_y, y), j->at);
     round_vec(rays->at_x, j->at_x);
     round_vec(rays->at_y, j->at_y);
 }
 
 bool shd_sketch_blocks(const shd_lighting *lighting, const shd_bend *bend,
                        const shd_block_rays *rays, size_t stride, float *const rgb[3],
-                       shd_sketched *told) {
+                       bool *drawn) {
     static shd_sketch_function *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sketch);
     const shd_plan *plan = lighting->plan;
     const size_t of = plan->objects[bend->object].group;
@@ -219,5 +209,5 @@ bool shd_sketch_blocks(const shd_lighting *lighting, const shd_bend *bend,
     j.view = view_of(bend, rays, group);
     set_rays(rays, &j);
     if (rays->to_world) set_ellipsoid(bend, rays, plan->scale, &j);
-    return kernels[plan->isa](&j, stride, rgb, told);
+    return kernels[plan->isa](&j, stride, rgb, drawn);
 }

@@ -16,19 +16,10 @@ typedef struct shd_sketch_group shd_sketch_group;
 /* Makes lighting->sketches, which a plan that is sketched has. False: the arena is full. */
 bool shd_sketch_prepare(shd_lighting *lighting, shd_arena *arena);
 
-/* Of a block's 8 x 8 pixels, as bits from left to right and down. */
-typedef struct shd_sketched {
-    uint64_t drawn;  /* their colors are told */
-    uint64_t missed; /* of a part of a block: their rays miss what it shows */
-} shd_sketched;
-
-static const uint64_t SHD_SKETCHED_ALL = UINT64_MAX;
-
-/* Writes the colors of blocks (shd_sight_bend), or of a part of one (shd_sight_bend_part), of a
- * plan that is sketched (shd_plan.sketched) to three planes, whose rows are `stride` apart, and
- * tells of each of rays->blocks^2, from left to right and down. False: nothing is drawn. It is not
- * told how far off others than those drawn are, as at silhouettes, near lights and where highlights
- * end at the horizon, and what is written of them is of no use. Any thread. */
+/* Writes the colors of blocks (shd_sight_bend) of a plan that is sketched (shd_plan.sketched) to
+ * three planes, whose rows are `stride` apart, and tells of each of rays->blocks^2, from left to
+ * right and down, whether it is drawn. False: nothing is. It is not told how far off others are, as
+ * near lights and where highlights end at the horizon, and what is written of them is of no use.
+ * Any thread. */
 bool shd_sketch_blocks(const shd_lighting *lighting, const shd_bend *bend,
-                       const shd_block_rays *rays, size_t stride, float *const rgb[3],
-                       shd_sketched *told);
+                       const shd_block_rays *rays, size_t stride, float *const rgb[3], bool *drawn);

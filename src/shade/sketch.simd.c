@@ -93,8 +93,6 @@ SHD_INLINE size_t place_lights(const shd_sketch_job *j, sketch_place out[SHD_SKE
 /* What is seen through a vector of pixels. */
 typedef struct seen {
     shd_vf moved[3], normal[3], mirror[3]; /* from the middle, in the plan's frame; unit; unit */
-    shd_vf met;                            /* of a part of a block: (N.w)^2 */
-    shd_vf square;                         /* of w */
 } seen;
 
 /* On an ellipsoid, moved from the middle of its own frame, where N.w is -root. */
@@ -139,18 +137,13 @@ SHD_INLINE seen meet(const shd_sketch_job *j, shd_vf x, shd_vf y, shd_sketch_for
         m[c] = shd_vf_set(j->middle[c]);
         w[c] = shd_mad(y, shd_vf_set(j->way_y[c]),
                        shd_mad(x, shd_vf_set(j->way_x[c]), shd_vf_set(j->way[c])));
-        const shd_vf beside = form == SHD_SKETCH_BALL
-                                  ? shd_mad(x, shd_vf_set(j->at_x[c]), shd_vf_set(j->at[c]))
-                                  : x * shd_vf_set(j->at_x[c]);
-        o[c] = shd_mad(y, shd_vf_set(j->at_y[c]), beside);
+        o[c] = shd_mad(y, shd_vf_set(j->at_y[c]), x * shd_vf_set(j->at_x[c]));
         q[c] = curved ? m[c] + o[c] : m[c];
         sum[c] = m[c] + q[c];
     }
     const shd_vf b = dot_lanes(q, w), away = dot_lanes(o, sum), square = dot_lanes(w, w),
-                 met = shd_mad(-square, away, b * b), root = curved ? shd_vf_sqrt(met) : -b,
+                 root = curved ? shd_vf_sqrt(shd_mad(-square, away, b * b)) : -b,
                  s = away / (root - b);
-    out.met = met;
-    out.square = square;
     if (form == SHD_SKETCH_ELLIPSOID) {
         shd_vf moved[3];
 #pragma GCC unroll 3
@@ -249,27 +242,17 @@ SHD_INLINE void store_rows(shd_vf v, int i, size_t stride, float *out) {
 #endif
 }
 
-/* Draws the block whose middle is (x, y) beside the middle of all. */
-SHD_INLINE shd_sketched sketch_block(const shd_sketch_job *j, shd_sketch_form form,
-                                     size_t lobe_count, float x, float y,
-                                     const sketch_place *places, size_t count, size_t stride,
-                                     float *const out[3]) {
+/* Draws the block whose middle is (x, y) beside the middle of all. False: something is unknown. */
+SHD_INLINE bool sketch_block(const shd_sketch_job *j, shd_sketch_form form, size_t lobe_count,
+                             float x, float y, const sketch_place *places, size_t count,
+                             size_t stride, float *const out[3]) {
     const shd_sketch_group *group = j->group;
     const shd_mf none = shd_vf_gt(shd_vf_set(0), shd_vf_set(0));
-    shd_sketched told = {SHD_SKETCHED_ALL, 0};
     for (int i = 0; i < SHD_SKETCH_PIXELS; i += SHD_W) {
         const seen at = meet(j, shd_vf_load(across + i) + shd_vf_set(x),
                              shd_vf_load(down + i) + shd_vf_set(y), form);
         shd_mf unknown = none;
         shd_vf rgb[3];
-        if (form == SHD_SKETCH_BALL && j->part) {
-            unknown = shd_mf_not(shd_vf_gt(at.met, at.square * shd_vf_set(j->least2)));
-            told.missed |= (uint64_t)shd_mf_bits(shd_vf_gt(shd_vf_set(j->out2), at.met)) << i;
-            if (shd_mf_bits(unknown) == (1u << SHD_W) - 1) { /* nothing of it is drawn */
-                told.drawn &= ~((uint64_t)shd_mf_bits(unknown) << i);
-                continue;
-            }
-        }
 #pragma GCC unroll 3
         for (int c = 0; c < 3; c++) rgb[c] = shd_vf_set(group->constant[c]);
         for (size_t k = 0; k < count; k++)
@@ -277,15 +260,15 @@ SHD_INLINE shd_sketched sketch_block(const shd_sketch_job *j, shd_sketch_form fo
                 add_light(&places[k], group, lobe_count, &at, true, j->turned2, rgb, &unknown);
             else
                 add_light(&places[k], group, lobe_count, &at, false, 0, rgb, &unknown);
+        if (shd_mf_any(unknown)) return false;
 #pragma GCC unroll 3
         for (int c = 0; c < 3; c++) store_rows(rgb[c], i, stride, out[c]);
-        told.drawn &= ~((uint64_t)shd_mf_bits(unknown) << i);
     }
-    return told;
+    return true;
 }
 
 SHD_INLINE bool sketch(const shd_sketch_job *j, shd_sketch_form form, size_t lobe_count,
-                       size_t stride, float *const out[3], shd_sketched *told) {
+                       size_t stride, float *const out[3], bool *drawn) {
     sketch_place places[SHD_SKETCH_LIGHTS];
     const size_t count = place_lights(j, places);
     if (count == SIZE_MAX) return false;
@@ -294,22 +277,22 @@ SHD_INLINE bool sketch(const shd_sketch_job *j, shd_sketch_form form, size_t lob
         const size_t at = ((size_t)y * stride + (size_t)x) * SHD_SKETCH_SIDE;
         float *const rows[3] = {out[0] + at, out[1] + at, out[2] + at};
         const float middle = (float)(j->blocks - 1) * (0.5f * SHD_SKETCH_SIDE);
-        told[k] = sketch_block(j, form, lobe_count, (float)(x * SHD_SKETCH_SIDE) - middle,
-                               (float)(y * SHD_SKETCH_SIDE) - middle, places, count, stride, rows);
+        drawn[k] = sketch_block(j, form, lobe_count, (float)(x * SHD_SKETCH_SIDE) - middle,
+                                (float)(y * SHD_SKETCH_SIDE) - middle, places, count, stride, rows);
     }
     return true;
 }
 
 bool SHD_VARIANT(shd_sketch)(const shd_sketch_job *j, size_t stride, float *const out[3],
-                             shd_sketched *told) {
+                             bool *drawn) {
     const size_t lobes = j->group->lobe_count;
 #if defined(SHD_ONE_BODY)
-    return sketch(j, j->form, lobes, stride, out, told);
+    return sketch(j, j->form, lobes, stride, out, drawn);
 #else
 #define FORM(lobes)                                                                                \
-    (j->form == SHD_SKETCH_PLANE  ? sketch(j, SHD_SKETCH_PLANE, lobes, stride, out, told)          \
-     : j->form == SHD_SKETCH_BALL ? sketch(j, SHD_SKETCH_BALL, lobes, stride, out, told)           \
-                                  : sketch(j, SHD_SKETCH_ELLIPSOID, lobes, stride, out, told))
+    (j->form == SHD_SKETCH_PLANE  ? sketch(j, SHD_SKETCH_PLANE, lobes, stride, out, drawn)         \
+     : j->form == SHD_SKETCH_BALL ? sketch(j, SHD_SKETCH_BALL, lobes, stride, out, drawn)          \
+                                  : sketch(j, SHD_SKETCH_ELLIPSOID, lobes, stride, out, drawn))
     return lobes == 0 ? FORM(0) : lobes == 1 ? FORM(1) : FORM(lobes);
 #endif
 }

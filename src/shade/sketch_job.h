@@ -46,18 +46,16 @@ typedef struct shd_sketch_job {
     int blocks;    /* each way */
     float turned2; /* the square of what N.L is off by at most */
     /* As shd_block_rays, rounded: */
-    float middle[3], way[3], way_x[3], way_y[3], at[3], at_x[3], at_y[3];
-    bool part; /* only rays are drawn of which (N.w)^2 is more than that of w times `least2` */
-    float least2, out2; /* and those miss of which it is less than `out2` */
-    float scale;        /* from the unit of rays to the plan's frame */
+    float middle[3], way[3], way_x[3], way_y[3], at_x[3], at_y[3];
+    float scale; /* from the unit of rays to the plan's frame */
     /* Of an ellipsoid: from the frame of the rays to the plan's, and to normals, which are unit in
      * the middle; N there, and the rays in the world, `along` times which is -N.w for b = -1. */
     float to_frame[3][3], to_normal[3][3], normal[3], seen[3], seen_x[3], seen_y[3], along;
     shd_sketch_view view;
 } shd_sketch_job;
 
-/* Others are drawn than those of which f32 does not tell on which side of an edge they are. False:
- * nothing is. */
+/* Blocks are drawn if f32 tells of all their pixels on which side of an edge they are. False: none
+ * is. */
 typedef bool shd_sketch_function(const shd_sketch_job *job, size_t stride, float *const rgb[3],
-                                 shd_sketched *told);
+                                 bool *drawn);
 shd_sketch_function shd_sketch_portable, shd_sketch_avx2, shd_sketch_avx512;

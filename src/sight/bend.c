@@ -149,28 +149,6 @@ static bool strike_ball(shd_vec3 eye, const beam *b, double size, strike *out) {
     return true;
 }
 
-/* The rays through a ball's silhouette that come as near to it as sketches take (plan/bend.h), of
- * pixels that are `spread` from the middle at most, and along a straight way to which N.V is no
- * smaller. */
-static bool strike_part(shd_vec3 eye, const beam *b, double size, double spread, strike *out) {
-    static const double LEAST = 0.05;
-    const double along = shd_dot(eye, b->way), away = shd_length(eye);
-    const shd_vec3 foot = shd_madd(eye, b->way, -along);
-    const double square = 1 - shd_dot(foot, foot);
-    if (!(away > 1 + 1e-3) || !(away < FARTHEST) || !(square > LEAST * LEAST) ||
-        !(along < (b->orthographic ? -1 - 1e-3 : 0)))
-        return false;
-    const double cosine = sqrt(square), t = -along - cosine,
-                 pace = b->orthographic ? b->step / size : t * b->turn, reach = pace * spread,
-                 wide = b->turn * spread;
-    const double least = fmax(fmax(LEAST, wide / SHD_SKETCH_WIDE),
-                              fmax(sqrt(reach / SHD_SKETCH_FLAT), reach / SHD_SKETCH_LOW)) *
-                         (1 + SLACK);
-    *out = (strike){shd_madd(foot, b->way, -cosine), t,
-                    sqrt(away * away - 1 + least * least) - least + SLACK * away, least};
-    return cosine >= least;
-}
-
 static bool bend_ball(const shd_sight *sight, uint32_t object, const beam *b, shd_bend *out,
                       shd_block_rays *rays) {
     const shd_seen_ball *ball = &sight->seen[object].ball;
@@ -288,13 +266,10 @@ static bool are_of_one(const shd_survey *survey, size_t block, int blocks) {
     return true;
 }
 
-/* Tells of the item that all rays, none of which is farther than out->reach from the middle, or
- * those of a part, meet. */
-typedef bool bend_function(const shd_sight *sight, const shd_middle *middle, shd_bend *out,
-                           shd_block_rays *rays);
-
-static bool bend_whole(const shd_sight *sight, const shd_middle *middle, shd_bend *out,
-                       shd_block_rays *rays) {
+/* Tells of the item that all rays, none of which is farther than out->reach from the middle, meet.
+ */
+static bool bend_item(const shd_sight *sight, const shd_middle *middle, shd_bend *out,
+                      shd_block_rays *rays) {
     const shd_item *it = sight->items[middle->object]; /* NULL: a ball */
     if (it && it->shape != SHD_SPHERE && it->shape != SHD_PLANE) return false;
     const beam b = beam_of(&sight->lens, middle->x, middle->y, out->reach);
@@ -305,59 +280,15 @@ static bool bend_whole(const shd_sight *sight, const shd_middle *middle, shd_ben
                                     : bend_ellipsoid(&sight->lens, it, &b, out, rays);
 }
 
-/* Tells of a ball from the pixel that is (x, y) beside the middle. */
-static bool bend_from(const shd_sight *sight, const shd_middle *middle, double x, double y,
-                      shd_bend *out, shd_block_rays *rays) {
-    const shd_seen_ball *ball = &sight->seen[middle->object].ball;
-    const double spread = ((SHD_BLOCK_SIDE - 1) * 0.5 * ROOT2 + sqrt(x * x + y * y)) * (1 + SLACK);
-    const beam b = beam_of(&sight->lens, middle->x + x, middle->y + y, spread);
-    strike s;
-    if (!strike_part(shd_madd(ball->eye, b.origin, 1 / ball->size), &b, ball->size, spread, &s))
-        return false;
-    out->object = middle->object;
-    out->reach = spread;
-    out->view = shd_scale(b.way, -1);
-    out->normal = s.normal;
-    out->point = shd_madd(sight->plan->objects[middle->object].center, out->normal, ball->size);
-    set_slopes(&b, s.farthest, s.cosine, ball->size, 1, out);
-    set_rays(&sight->lens, &b, NULL, s.t, s.cosine, ball->size, true, rays);
-    rays->middle = s.normal;
-    rays->x = x;
-    rays->y = y;
-    rays->spread = spread;
-    return true;
-}
-
-/* Of pixels on the way from the middle to the edge where the ball is, the first one that will do.
- */
-static bool bend_part(const shd_sight *sight, const shd_middle *middle, shd_bend *out,
-                      shd_block_rays *rays) {
-    enum { STEPS = 2 };
-    if (sight->items[middle->object]) return false; /* it is no ball */
-    const shd_seen_ball *ball = &sight->seen[middle->object].ball;
-    const beam b = beam_of(&sight->lens, middle->x, middle->y, HALF * ROOT2);
-    const shd_vec3 eye = shd_madd(ball->eye, b.origin, 1 / ball->size),
-                   foot = shd_madd(eye, b.way, -shd_dot(eye, b.way));
-    const double x = -shd_dot(foot, sight->lens.camera->right),
-                 y = shd_dot(foot, sight->lens.camera->up), most = fmax(fabs(x), fabs(y));
-    if (!(most > 1e-6)) return false;
-    for (int i = 0; i <= STEPS; i++) {
-        const double way = (double)i / STEPS * (SHD_BLOCK_SIDE - 1) * 0.5 / most;
-        if (bend_from(sight, middle, way * x, way * y, out, rays)) return true;
-    }
-    return false;
-}
-
 /* Tells of the only item that may be seen, or of one that is met before all others. */
 static bool bend_first(const shd_sight *sight, const shd_survey *survey, size_t block, int blocks,
-                       bend_function *tell, shd_bend *out, shd_block_rays *rays) {
+                       shd_bend *out, shd_block_rays *rays) {
     const shd_block *at = &survey->blocks[block];
     const shd_camera *camera = sight->lens.camera;
-    out->alone = is_of_one(survey, at);
     out->reach = blocks * HALF * ROOT2;
-    if (out->alone) {
+    if (is_of_one(survey, at)) {
         const shd_middle middle = middle_of(survey, block, blocks, survey->candidates[at->first]);
-        return tell(sight, &middle, out, rays);
+        return bend_item(sight, &middle, out, rays);
     }
     shd_seen seen[SHD_SEEN_MOST];
     const size_t count = shd_sight_seen(sight, survey, block, SHD_WHOLE, seen);
@@ -367,7 +298,7 @@ static bool bend_first(const shd_sight *sight, const shd_survey *survey, size_t 
         for (size_t k = 0; k < count; k++)
             if (k != i) beyond = shd_smaller(beyond, seen[k].nearest);
         if (!((double)sight->seen[middle.object].nearest < beyond) ||
-            !tell(sight, &middle, out, rays))
+            !bend_item(sight, &middle, out, rays))
             continue;
         const shd_vec3 from = shd_sub(out->point, camera->position);
         const double depth = -shd_dot(from, camera->back) + out->points.first * out->reach;
@@ -379,15 +310,10 @@ static bool bend_first(const shd_sight *sight, const shd_survey *survey, size_t 
 bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, int blocks,
                     shd_bend *out, shd_block_rays *rays) {
     if ((blocks > 1 && !are_of_one(survey, block, blocks)) ||
-        !bend_first(sight, survey, block, blocks, bend_whole, out, rays))
+        !bend_first(sight, survey, block, blocks, out, rays))
         return false;
     rays->blocks = blocks;
     return true;
-}
-
-bool shd_sight_bend_part(const shd_sight *sight, const shd_survey *survey, size_t block,
-                         shd_bend *out, shd_block_rays *rays) {
-    return bend_first(sight, survey, block, 1, bend_part, out, rays);
 }
 
 /* Its rays are (side - 1) / 2 sqrt(2) pixels and more from the middle, and one pixel moves them by

@@ -12,11 +12,6 @@
 bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, int blocks,
                     shd_bend *out, shd_block_rays *rays);
 
-/* The same of those rays of one block through centers of pixels that hit a ball with an N.V of
- * rays->cosine or more, which is as small as sketches take, for blocks at silhouettes. */
-bool shd_sight_bend_part(const shd_sight *sight, const shd_survey *survey, size_t block,
-                         shd_bend *out, shd_block_rays *rays);
-
 /* Whether nothing can be seen through the block but balls too small for sketches (plan/bend.h). */
 bool shd_sight_has_small_balls(const shd_sight *sight, const shd_survey *survey, size_t block);
 

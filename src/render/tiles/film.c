@@ -180,20 +180,7 @@ enum { ALL_SKETCHED = (1 << SHD_BLOCKS) - 1 };
 
 /* Whether all of a tile's pixels are. */
 static bool is_all_sketched(const shd_tile_scratch *t) {
-    if (!t || t->sketched != ALL_SKETCHED) return false;
-    uint64_t all = SHD_SKETCHED_ALL;
-    for (int block = 0; block < SHD_BLOCKS; block++) all &= t->drawn[block];
-    return all == SHD_SKETCHED_ALL;
-}
-
-/* Copies a block's pixels that are drawn, of which the first one is cell `at`. */
-static void lay_pixels(const shd_tile_scratch *t, uint64_t drawn, size_t at, film_scratch *s) {
-    for (; drawn; drawn &= drawn - 1) {
-        const size_t i = (size_t)__builtin_ctzll(drawn),
-                     cell = at + i / SHD_SKETCH_SIDE * SHD_TILE + i % SHD_SKETCH_SIDE;
-        for (int c = 0; c < 3; c++) s->pixels[c][cell] = t->sketch[c][cell];
-        s->cover[cell] = 1;
-    }
+    return t && t->sketched == ALL_SKETCHED;
 }
 
 /* Copies the blocks that are drawn over the beauty. */
@@ -206,10 +193,6 @@ static void lay_sketch(const shd_tile_scratch *t, bool transparent, film_scratch
     for (uint32_t left = t->sketched; left; left &= left - 1) {
         const size_t block = (size_t)__builtin_ctz(left);
         size_t at = (block / ACROSS * SHD_TILE + block % ACROSS) * SIDE;
-        if (t->drawn[block] != SHD_SKETCHED_ALL) {
-            lay_pixels(t, t->drawn[block], at, s);
-            continue;
-        }
         for (size_t y = 0; y < SIDE; y++, at += SHD_TILE) {
             for (int c = 0; c < 3; c++)
                 memcpy(s->pixels[c] + at, t->sketch[c] + at, SIDE * sizeof(float));

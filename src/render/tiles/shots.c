@@ -78,69 +78,6 @@ static bool see_the_same(const shd_survey *survey, const shd_block *a, const shd
            survey->candidates[a->first] == survey->candidates[b->first];
 }
 
-/* Whether a bundle may take pixels of another block, in which nothing else is seen than in its own.
- */
-static bool may_take(const shd_survey *survey, const shd_bundle *bundle, const shd_block *block) {
-    const size_t room = shd_pixels_at_once(1) - SHD_BLOCK_SIDE * SHD_BLOCK_SIDE;
-    return bundle && bundle->count <= room && bundle->block->count == 1 && block->count == 1 &&
-           survey->candidates[bundle->block->first] == survey->candidates[block->first];
-}
-
-/* Lists the pixels of a block that are left once it is sketched, of one sample each. `joins`: they
- * may be cast with those of the block that was listed before. */
-static void add_rest(shd_tile tile, size_t block, bool joins, shd_tile_scratch *s) {
-    const int across = s->survey.across, left = tile.x % SHD_TILE, top = tile.y % SHD_TILE,
-              x0 = (int)block % across * SHD_BLOCK_SIDE, y0 = (int)block / across * SHD_BLOCK_SIDE;
-    shd_bundle *last = s->bundle_count ? &s->bundles[s->bundle_count - 1] : NULL;
-    const size_t first = last ? (size_t)last->first + last->count : 0;
-    size_t count = first;
-    for (uint64_t rest = s->rest[block]; rest; rest &= rest - 1) {
-        const int i = __builtin_ctzll(rest), x = x0 + i % SHD_BLOCK_SIDE,
-                  y = y0 + i / SHD_BLOCK_SIDE;
-        if (x >= left && x < left + tile.w && y >= top && y < top + tile.h)
-            s->pixels[count++] = (uint16_t)(y * SHD_TILE + x);
-    }
-    if (count == first) return;
-    if (joins && may_take(&s->survey, last, &s->survey.blocks[block])) {
-        last->count = (uint16_t)(last->count + count - first);
-        return;
-    }
-    s->bundles[s->bundle_count++] = (shd_bundle){.first = (uint16_t)first,
-                                                 .count = (uint16_t)(count - first),
-                                                 .samples = 1,
-                                                 .block = &s->survey.blocks[block]};
-}
-
-/* How a block is looked at: LOOK_AT_REST at its pixels of s->rest. */
-typedef enum look { LOOK_AT_ALL, LOOK_ONCE, LOOK_AT_REST, LOOK_DONE } look;
-
-/* Draws pixels of a block if they may be sketched: all of them, or `some`. */
-static look sketch_block(const shd_scenery *scenery, size_t block, const shd_bend *bend,
-                         const shd_block_rays *rays, bool some, shd_tile_scratch *s) {
-    enum { FEW = 8 }; /* that are not worthwhile */
-    const size_t x = block % (size_t)s->survey.across, y = block / (size_t)s->survey.across;
-    float *rgb[3];
-    for (int c = 0; c < 3; c++) rgb[c] = s->sketch[c] + (y * SHD_TILE + x) * SHD_SKETCH_SIDE;
-    shd_sketched told;
-    if (!shd_sketch_blocks(scenery->lighting, bend, rays, SHD_TILE, rgb, &told)) return LOOK_AT_ALL;
-    const uint64_t missed = bend->alone ? told.missed : 0, all = SHD_SKETCHED_ALL;
-    if (told.drawn != all && (!some || __builtin_popcountll(told.drawn | missed) < FEW))
-        return LOOK_AT_ALL;
-    s->sketched |= 1u << block;
-    s->drawn[block] = told.drawn;
-    s->rest[block] = ~(told.drawn | missed);
-    return s->rest[block] ? LOOK_AT_REST : LOOK_DONE;
-}
-
-/* The same of a block at a silhouette, of pixels that take one sample. */
-static look sketch_part(const shd_scenery *scenery, size_t block, shd_tile_scratch *s) {
-    shd_bend bend;
-    shd_block_rays rays;
-    return shd_sight_bend_part(scenery->sight, &s->survey, block, &bend, &rays)
-               ? sketch_block(scenery, block, &bend, &rays, true, s)
-               : LOOK_AT_ALL;
-}
-
 /* The block that is the k-th one if those of a quad, of two by two, follow each other. */
 static size_t block_in_quads(const shd_survey *survey, size_t k) {
     const size_t across = (size_t)survey->across, quads = across / 2, quad = k / 4;
@@ -157,28 +94,32 @@ static bool is_central(const shd_scenery *scenery, const shd_bend *bend,
             shd_mean_is_central(plan, bend, &s->spread, &plan->mean_room));
 }
 
-/* Draws those of a quad of blocks of which all pixels may be sketched, told of by the middle of the
- * quad: to tell of one takes as long as to light much of it. */
+/* Draws those of rays->blocks^2 blocks, from that one on, of which all pixels may be sketched. */
+static void sketch_blocks(const shd_scenery *scenery, size_t block, const shd_bend *bend,
+                          const shd_block_rays *rays, shd_tile_scratch *s) {
+    const size_t across = (size_t)s->survey.across, side = (size_t)rays->blocks,
+                 first = block / across * SHD_TILE + block % across;
+    bool drawn[SHD_BLOCKS];
+    float *rgb[3];
+    for (int c = 0; c < 3; c++) rgb[c] = s->sketch[c] + first * SHD_SKETCH_SIDE;
+    if (!shd_sketch_blocks(scenery->lighting, bend, rays, SHD_TILE, rgb, drawn)) return;
+    for (size_t k = 0; k < side * side; k++)
+        s->sketched |= (uint32_t)drawn[k] << (block + k / side * across + k % side);
+}
+
+/* Sketches a quad of blocks by the middle of the quad: to tell of one takes as long as to light
+ * much of it. */
 static void sketch_quad(const shd_scenery *scenery, size_t block, shd_tile_scratch *s) {
     enum { SIDE = 2 };
-    const size_t across = (size_t)s->survey.across, x = block % across, y = block / across;
     shd_bend bend;
     shd_block_rays rays;
-    shd_sketched told[SIDE * SIDE];
-    float *rgb[3];
-    for (int c = 0; c < 3; c++) rgb[c] = s->sketch[c] + (y * SHD_TILE + x) * SHD_SKETCH_SIDE;
-    if (!s->survey.blocks[block].count ||
-        !shd_sight_bend(scenery->sight, &s->survey, block, SIDE, &bend, &rays) ||
-        !is_central(scenery, &bend, s) ||
-        !shd_sketch_blocks(scenery->lighting, &bend, &rays, SHD_TILE, rgb, told))
-        return;
-    for (size_t k = 0; k < SIDE * SIDE; k++) {
-        const size_t of = block + k / SIDE * across + k % SIDE;
-        if (told[k].drawn != SHD_SKETCHED_ALL) continue;
-        s->sketched |= 1u << of;
-        s->drawn[of] = SHD_SKETCHED_ALL;
-    }
+    if (s->survey.blocks[block].count &&
+        shd_sight_bend(scenery->sight, &s->survey, block, SIDE, &bend, &rays) &&
+        is_central(scenery, &bend, s))
+        sketch_blocks(scenery, block, &bend, &rays, s);
 }
+
+typedef enum look { LOOK_AT_ALL, LOOK_ONCE, LOOK_DONE } look;
 
 /* Looks at a block by draft's ways. */
 static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scratch *s) {
@@ -188,20 +129,18 @@ static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scra
     shd_block_rays rays;
     if (one && shd_sight_has_small_balls(scenery->sight, &s->survey, block)) return LOOK_AT_ALL;
     if (!shd_sight_bend(scenery->sight, &s->survey, block, 1, &bend, &rays))
-        return shd_sight_misses(scenery->sight, &s->survey, block) ? LOOK_DONE
-               : one && plan->sketched                             ? sketch_part(scenery, block, s)
-                                                                   : LOOK_AT_ALL;
-    if (plan->materials[plan->objects[bend.object].material].textures) return LOOK_AT_ALL;
-    if (!is_central(scenery, &bend, s)) return LOOK_AT_ALL;
-    look how = plan->sketched ? sketch_block(scenery, block, &bend, &rays, one, s) : LOOK_AT_ALL;
-    if (how == LOOK_AT_ALL && one && plan->sketched) how = sketch_part(scenery, block, s);
-    return how == LOOK_AT_ALL && !one ? LOOK_ONCE : how;
+        return shd_sight_misses(scenery->sight, &s->survey, block) ? LOOK_DONE : LOOK_AT_ALL;
+    if (plan->materials[plan->objects[bend.object].material].textures ||
+        !is_central(scenery, &bend, s))
+        return LOOK_AT_ALL;
+    if (plan->sketched) sketch_blocks(scenery, block, &bend, &rays, s);
+    return s->sketched >> block & 1 ? LOOK_DONE : one ? LOOK_AT_ALL : LOOK_ONCE;
 }
 
 /* The blocks of a tile that are drawn already, or take one sample a pixel, or rules. */
 typedef struct block_kinds {
     size_t count; /* of all of these */
-    bool drawn[SHD_BLOCKS], center[SHD_BLOCKS], rest[SHD_BLOCKS];
+    bool drawn[SHD_BLOCKS], center[SHD_BLOCKS];
     shd_block_rules rules[SHD_BLOCKS];
 } block_kinds;
 
@@ -220,7 +159,6 @@ static void find_kinds(const shd_scenery *scenery, shd_tile_scratch *s, block_ki
                                                   : LOOK_AT_ALL;
         out->drawn[block] = how == LOOK_DONE;
         out->center[block] = how == LOOK_ONCE;
-        out->rest[block] = how == LOOK_AT_REST;
         if (how == LOOK_AT_ALL && s->rule_count)
             shd_find_block_rules(scenery, block, s, &out->rules[block]);
         out->count += how != LOOK_AT_ALL || out->rules[block].all != ~(uint64_t)0;
@@ -268,7 +206,7 @@ static void add_all(shd_tile tile, const block_kinds *kinds, bool inside, bool i
     for (size_t k = 0; k < blocks; k++) {
         const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
         if (!s->survey.blocks[block].count || kinds->rules[block].inside != inside ||
-            kinds->drawn[block] || kinds->center[block] || kinds->rest[block])
+            kinds->drawn[block] || kinds->center[block])
             continue;
         shd_bundle *b = add_pixels(tile, block, kinds->rules[block].all, samples, s);
         if (!b) continue;
@@ -289,10 +227,6 @@ static void list_blocks(const shd_scenery *scenery, shd_tile tile, const block_k
     for (size_t k = 0; k < blocks; k++) {
         const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
         if (kinds->center[block]) add_pixels(tile, block, ~(uint64_t)0, 1, s);
-    }
-    for (size_t k = 0; k < blocks; k++) {
-        const size_t block = in_quads ? block_in_quads(&s->survey, k) : k;
-        if (kinds->rest[block]) add_rest(tile, block, s->bundle_count && !in_quads, s);
     }
     for (size_t rule = s->rule_count ? SHD_FRINGE - 1 : 0; rule < s->rule_count; rule++)
         add_ruled(tile, kinds, rule, s); /* from the last one of those that share centers on */

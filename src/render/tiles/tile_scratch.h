@@ -39,12 +39,11 @@ typedef struct shd_tile_scratch {
     shd_bundle bundles[SHD_BUNDLES]; /* which of them are cast together */
     size_t bundle_count;
     shd_pattern_spread spread; /* of samples, if bundles may take one instead (plan->mean_room) */
-    /* Of a plan that is sketched: the survey's blocks of which pixels are drawn, as bits, which
-     * these are, and their colors by cell. */
+    /* Of a plan that is sketched: the survey's blocks that are drawn, as bits, and their colors by
+     * cell. */
     uint32_t sketched;
-    uint64_t drawn[SHD_BLOCKS], rest[SHD_BLOCKS]; /* of its others, those that may show something */
-    float *sketch[3];                             /* [SHD_TILE_PIXELS] */
-    shd_rule rules[SHD_RULES];                    /* [rule_count]: that bundles may take instead */
+    float *sketch[3];          /* [SHD_TILE_PIXELS] */
+    shd_rule rules[SHD_RULES]; /* [rule_count]: that bundles may take instead */
     size_t rule_count;
 
     /* A chunk's rays. */
