@@ -13,6 +13,7 @@
 
 #include "bound/light/clusters.h"
 #include "bound/shown/shown.h"
+#include "engine_support.h"
 #include "render/planning.h"
 #include "render/request.h"
 #include "render/show/shown.h"
@@ -50,11 +51,8 @@ static void write_light(FILE *out, int i, lamps kind, uint64_t *random) {
 }
 
 /* The document is freed. */
-static shd_request *read_document(shd_engine *engine, char *json, size_t size) {
-    shd_request *request;
-    assert_int_equal(shd_request_new(engine, &request, NULL), SHD_OK);
-    if (shd_request_read(request, json, size, SHD_PNG))
-        fail_msg("%s", shd_request_report(request)->errors[0].detail);
+static shd_request *take_document(shd_engine *engine, char *json, size_t size) {
+    shd_request *request = read_document(engine, json, size);
     free(json);
     return request;
 }
@@ -80,7 +78,7 @@ static shd_request *read_scene(shd_engine *engine, lamps kind, int seed) {
                 uniform(&random, -3, 3), uniform(&random, -3, 3));
     fprintf(out, "]}");
     fclose(out);
-    return read_document(engine, json, size);
+    return take_document(engine, json, size);
 }
 
 /* What tells how far off a picture is. */
@@ -229,7 +227,7 @@ static shd_request *read_boxes(shd_engine *engine, int boxes, int lights) {
                 floor(uniform(&random, -8, 8)));
     fprintf(out, "]}");
     fclose(out);
-    return read_document(engine, json, size);
+    return take_document(engine, json, size);
 }
 
 static void planes_of_faces_are_found_among_many_lights_as_for_one(void **state) {
@@ -293,7 +291,7 @@ static shd_request *read_crowd(shd_engine *engine, int count, double budget) {
             uniform(&random, -3, 3));
     fprintf(out, "]}");
     fclose(out);
-    return read_document(engine, json, size);
+    return take_document(engine, json, size);
 }
 
 static void budgets_hold_for_many_lights_and_objects(void **state) {
@@ -313,20 +311,6 @@ static void budgets_hold_for_many_lights_and_objects(void **state) {
     assert_true(fewer > 0);
 }
 
-static int start(void **state) {
-    shd_engine_options options = shd_engine_defaults();
-    shd_engine *engine;
-    options.threads = 1;
-    assert_int_equal(shd_engine_new(&options, &engine, NULL), SHD_OK);
-    *state = engine;
-    return 0;
-}
-
-static int stop(void **state) {
-    shd_engine_drop(*state);
-    return 0;
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(bounds_by_clusters_are_no_less_than_those_by_pairs),
@@ -334,5 +318,5 @@ int main(void) {
         cmocka_unit_test(planes_of_faces_are_found_among_many_lights_as_for_one),
         cmocka_unit_test(budgets_hold_for_many_lights_and_objects),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return cmocka_run_group_tests(tests, start_engine, stop_engine);
 }

@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "engine_support.h"
 #include "plan/cost.h"
 #include "render/planning.h"
 #include "render/request.h"
@@ -48,11 +49,7 @@ static shd_request *read_scene(shd_engine *engine, int turn, uint64_t *random) {
              "\"objects\": [%s%s]}",
              turn % 5 ? "" : ", \"type\": \"orthographic\", \"height\": 4", turn % 2 ? 1 : 4,
              turn % 7 ? "" : "{\"type\": \"plane\"}, ", objects);
-    shd_request *request;
-    assert_int_equal(shd_request_new(engine, &request, NULL), SHD_OK);
-    if (shd_request_read(request, json, strlen(json), SHD_PNG))
-        fail_msg("%s: %s", shd_request_report(request)->errors[0].detail, json);
-    return request;
+    return read_document(engine, json, strlen(json));
 }
 
 static void no_plan_costs_more_than_the_most(void **state) {
@@ -82,23 +79,9 @@ static void no_plan_costs_more_than_the_most(void **state) {
     assert_true(closest < 2);
 }
 
-static int start(void **state) {
-    shd_engine_options options = shd_engine_defaults();
-    options.threads = 1;
-    shd_engine *engine = NULL;
-    assert_int_equal(shd_engine_new(&options, &engine, NULL), SHD_OK);
-    *state = engine;
-    return 0;
-}
-
-static int stop(void **state) {
-    shd_engine_drop(*state);
-    return 0;
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(no_plan_costs_more_than_the_most),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return cmocka_run_group_tests(tests, start_engine, stop_engine);
 }

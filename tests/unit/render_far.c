@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "engine_support.h"
 #include "plan/cost.h"
 #include "plan/parts.h"
 #include "render/request.h"
@@ -46,10 +47,7 @@ static shd_request *read_dome(shd_engine *engine, const char *specular) {
             "{\"type\": \"point\", \"position\": [9, 30, 0], \"color\": [-0.01, 0, 0]}, "
             "{\"type\": \"point\", \"position\": [30, 0.01, 0], \"intensity\": 10}]}");
     fclose(out);
-    shd_request *request;
-    assert_int_equal(shd_request_new(engine, &request, NULL), SHD_OK);
-    if (shd_request_read(request, json, size, SHD_PNG))
-        fail_msg("%s", shd_request_report(request)->errors[0].detail);
+    shd_request *request = read_document(engine, json, size);
     free(json);
     return request;
 }
@@ -157,25 +155,11 @@ static void no_room_takes_none(void **state) {
     shd_request_drop(request);
 }
 
-static int start(void **state) {
-    shd_engine_options options = shd_engine_defaults();
-    shd_engine *engine;
-    options.threads = 1;
-    assert_int_equal(shd_engine_new(&options, &engine, NULL), SHD_OK);
-    *state = engine;
-    return 0;
-}
-
-static int stop(void **state) {
-    shd_engine_drop(*state);
-    return 0;
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lamps_from_afar_are_told_within_the_room),
         cmocka_unit_test(bunches_cost_less),
         cmocka_unit_test(no_room_takes_none),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return cmocka_run_group_tests(tests, start_engine, stop_engine);
 }

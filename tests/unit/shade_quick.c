@@ -10,6 +10,7 @@
 
 #include <cmocka.h>
 
+#include "engine_support.h"
 #include "plan/bunches.h"
 #include "plan/parts.h"
 #include "render/request.h"
@@ -52,10 +53,7 @@ static shd_request *read_lamps(shd_engine *engine, const char *color, double shi
     }
     fprintf(out, "]}");
     fclose(out);
-    shd_request *request;
-    assert_int_equal(shd_request_new(engine, &request, NULL), SHD_OK);
-    if (shd_request_read(request, json, size, SHD_PNG))
-        fail_msg("%s", shd_request_report(request)->errors[0].detail);
+    shd_request *request = read_document(engine, json, size);
     free(json);
     return request;
 }
@@ -163,23 +161,9 @@ static void quick_sums_are_as_near_as_they_tell(void **state) {
     }
 }
 
-static int start(void **state) {
-    shd_engine_options options = shd_engine_defaults();
-    shd_engine *engine;
-    options.threads = 1;
-    assert_int_equal(shd_engine_new(&options, &engine, NULL), SHD_OK);
-    *state = engine;
-    return 0;
-}
-
-static int stop(void **state) {
-    shd_engine_drop(*state);
-    return 0;
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(quick_sums_are_as_near_as_they_tell),
     };
-    return cmocka_run_group_tests(tests, start, stop);
+    return cmocka_run_group_tests(tests, start_engine, stop_engine);
 }
