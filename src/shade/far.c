@@ -71,26 +71,24 @@ static void expand_fall(const shd_plan_light *light, double d, double g[6]) {
  * R_j(a) the derivative by h of degrees a of the j-th derivative by e / 2,
  *     R_j(0) = -2^(j-1) (j-1)! g_(j-1), R_j(a) = -n_c R_(j+1)(a - 1_c) + (a_c - 1) R_(j+1)(a - 2_c)
  * for any axis c in a (McMurchie and Davidson 1978). R_0 is what is looked for. */
-SHD_INLINE void derive_to(const shd_plan_light *light, shd_vec3 path, int last,
+SHD_INLINE void derive_to(int last, const shd_plan_light *light, shd_vec3 path,
                           double to[SHD_FAR_TERMS]) {
     const double d = shd_length(path), inverse = 1 / d;
     const double n[3] = {path.x * inverse, path.y * inverse, path.z * inverse};
     double g[6], all[SHD_FAR_TERMS + 1], unit = d;
     expand_fall(light, d, g);
     all[0] = shd_far_factor[last - 1] * g[last - 1];
-#pragma GCC unroll 6
+    UNROLL(6)
     for (int j = last - 1; j >= 0; j--) {
-#pragma GCC unroll 6
-        for (int degree = last - j; degree > 0; degree--)
-#pragma GCC unroll 7
-            for (int r = 0; r <= degree; r++)
-#pragma GCC unroll 7
-                for (int z = 0; z <= r; z++) {
-                    const shd_far_step step = shd_far_step_of(degree, r, z);
-                    double sum = -n[step.axis] * all[step.once];
-                    if (step.times) sum += step.times * all[step.twice];
-                    all[shd_monomials_below(degree) + shd_monomial(r, z)] = sum;
-                }
+        UNROLL(6)
+        for (int degree = last - j; degree > 0; degree--) UNROLL(7)
+        for (int r = 0; r <= degree; r++) UNROLL(7)
+        for (int z = 0; z <= r; z++) {
+            const shd_far_step step = shd_far_step_of(degree, r, z);
+            double sum = -n[step.axis] * all[step.once];
+            if (step.times) sum += step.times * all[step.twice];
+            all[shd_monomials_below(degree) + shd_monomial(r, z)] = sum;
+        }
         if (j) all[0] = shd_far_factor[j - 1] * g[j - 1];
     }
     for (int degree = 1; degree <= last; degree++, unit *= inverse)
@@ -100,12 +98,7 @@ SHD_INLINE void derive_to(const shd_plan_light *light, shd_vec3 path, int last,
 
 static void derive_potential(const shd_plan_light *light, shd_vec3 path, int last,
                              double to[SHD_FAR_TERMS]) {
-    if (last > 4)
-        derive_to(light, path, 6, to);
-    else if (last > 3)
-        derive_to(light, path, 4, to);
-    else
-        derive_to(light, path, 3, to);
+    BY_DEGREE(last, derive_to, light, path, to);
 }
 
 void shd_far_add(const shd_plan_light *light, shd_far *to) {
@@ -118,33 +111,22 @@ void shd_far_add(const shd_plan_light *light, shd_far *to) {
 }
 
 /* Adds moments times derivatives of degree up to `last` to those of lower degrees. */
-SHD_INLINE void shift_to(const double *moments, const double *derived, int last, double *to) {
-#pragma GCC unroll 6
-    for (int from = 1; from <= last; from++)
-#pragma GCC unroll 6
-        for (int g = 0; from + g <= last; g++)
-#pragma GCC unroll 6
-            for (int r = 0; r <= g; r++)
-#pragma GCC unroll 6
-                for (int z = 0; z <= r; z++)
-#pragma GCC unroll 7
-                    for (int q = 0; q <= from; q++)
-#pragma GCC unroll 7
-                        for (int k = 0; k <= q; k++)
-                            to[shd_monomials_below(from) - 1 + shd_monomial(q, k)] +=
-                                moments[shd_monomials_below(g) + shd_monomial(r, z)] *
-                                derived[shd_monomials_below(from + g) - 1 +
-                                        shd_monomial(q + r, k + z)];
+SHD_INLINE void shift_to(int last, const double *moments, const double *derived, double *to) {
+    UNROLL(6)
+    for (int from = 1; from <= last; from++) UNROLL(6)
+    for (int g = 0; from + g <= last; g++) UNROLL(6)
+    for (int r = 0; r <= g; r++) UNROLL(6)
+    for (int z = 0; z <= r; z++) UNROLL(7)
+    for (int q = 0; q <= from; q++) UNROLL(7)
+    for (int k = 0; k <= q; k++)
+        to[shd_monomials_below(from) - 1 + shd_monomial(q, k)] +=
+            moments[shd_monomials_below(g) + shd_monomial(r, z)] *
+            derived[shd_monomials_below(from + g) - 1 + shd_monomial(q + r, k + z)];
 }
 
 static void shift_terms(const double *moments, const double *derived, int last, double *to) {
     double sums[SHD_FAR_TERMS] = {0};
-    if (last > 4)
-        shift_to(moments, derived, 6, sums);
-    else if (last > 3)
-        shift_to(moments, derived, 4, sums);
-    else
-        shift_to(moments, derived, 3, sums);
+    BY_DEGREE(last, shift_to, moments, derived, sums);
     for (int k = 0; k < SHD_FAR_TERMS; k++) to[k] += sums[k];
 }
 

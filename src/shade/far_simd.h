@@ -14,32 +14,6 @@ typedef double lanes[LANES];
 
 #define EACH for (int i = 0; i < LANES; i++)
 
-/* Each degree that patches have gets code of its own, with all of its loops laid out. Sanitizer
- * builds would take minutes to compile these: there one body counts as it goes. */
-#if defined(SHD_ONE_BODY)
-#define UNROLL(times)
-#define BY_DEGREE(degree, call, ...) call(shd_far_degree(degree), __VA_ARGS__)
-#else
-#define PRAGMA(words) _Pragma(#words)
-#define UNROLL(times) PRAGMA(GCC unroll times)
-#define BY_DEGREE(degree, call, ...)                                                               \
-    switch (shd_far_degree(degree)) {                                                              \
-    case 6:                                                                                        \
-        call(6, __VA_ARGS__);                                                                      \
-        break;                                                                                     \
-    case 4:                                                                                        \
-        call(4, __VA_ARGS__);                                                                      \
-        break;                                                                                     \
-    default:                                                                                       \
-        call(3, __VA_ARGS__);                                                                      \
-    }
-#endif
-
-/* The least that is at least `degree` and has code of its own. */
-static inline int shd_far_degree(int degree) {
-    return degree > 4 ? 6 : degree > 3 ? 4 : 3;
-}
-
 SHD_INLINE shd_vd vd(double a) {
     return shd_vd_set(a);
 }
