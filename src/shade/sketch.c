@@ -32,6 +32,14 @@
  * u. Points are off by u r (3 + 14.5 / c + 52 / c^2), and by 7 u of their way from the middle by
  * their map's roundings: with lights NEAR M / c away, 14 u of light's directions.
  *
+ * Rims. m is beside the ball, at right angles to w in the middle, where r <= RIM and the square of
+ * N.w there is no more than RIM_SQUARE. That square is a polynomial of which the first term is
+ * rounded three times and the others six times at most: it is off by e = u (4 |first| + 7
+ * |others|), and tells on which side of the rim the ray is where it is larger. It is sketched where
+ * it is (e / 64 u)^2 at least, so that its root is off by 34 u. b = m.(w - way) + o.w is off by 3
+ * u, |w|^2 by 12 u, s, which is -(root + b) / |w|^2 and 1.2 / |w| at most, by 57 u / |w|, and m + o
+ * + s w by 66 u; N.V by 45 u, and so W by 200 u. Lights are RADII away or more from all points.
+ *
  * tests/property/sketch.c sees an eighth of it: these are the most that roundings add up to where
  * all of them lie one way, at the most grazing rays that are sketched. */
 #include <string.h>
@@ -40,7 +48,7 @@
 
 /* As above; LOW is in plan/bend.h. */
 static const double FLAT = 2, WIDE = 0.1, NEAR = 8, NEAR_PLANE = 3, RADII = 3, STRETCH = 2,
-                    OWN_FLAT = 0.4;
+                    OWN_FLAT = 0.4, RIM = 0.125, RIM_SQUARE = 0.3;
 
 /* ---- Lights on materials. ---- */
 
@@ -112,6 +120,8 @@ bool shd_sketch_prepare(shd_lighting *lighting, shd_arena *arena) {
 }
 
 /* ---- Blocks. ---- */
+
+static shd_sketch_function *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sketch);
 
 static void round_vec(shd_vec3 v, float out[3]) {
     out[0] = (float)v.x;
@@ -193,7 +203,6 @@ static void set_rays(const shd_block_rays *rays, shd_sketch_job *j) {
 bool shd_sketch_blocks(const shd_lighting *lighting, const shd_bend *bend,
                        const shd_block_rays *rays, size_t stride, float *const rgb[3],
                        bool *drawn) {
-    static shd_sketch_function *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_sketch);
     const shd_plan *plan = lighting->plan;
     const size_t of = plan->objects[bend->object].group;
     const shd_sketch_group *group = &lighting->sketches[of];
@@ -210,4 +219,41 @@ bool shd_sketch_blocks(const shd_lighting *lighting, const shd_bend *bend,
     set_rays(rays, &j);
     if (rays->to_world) set_ellipsoid(bend, rays, plan->scale, &j);
     return kernels[plan->isa](&j, stride, rgb, drawn);
+}
+
+/* N is m there and what it moved by; W, mirrored, is w but for 2 N.V. */
+static shd_sketch_view view_of_rim(const shd_rim *rim, const shd_block_rays *rays,
+                                   const shd_sketch_group *group) {
+    shd_sketch_view v = {.moved = rim->moved,
+                         .turned = rim->moved / rays->size,
+                         .chord = sqrt((double)group->reach) + 2 * rim->cosine + rim->turned +
+                                  SHD_SKETCH_OFF,
+                         .near = RADII * rays->size};
+    memcpy(v.point, &rim->point, sizeof v.point);
+    memcpy(v.normal, &rays->middle, sizeof v.normal);
+    memcpy(v.mirror, &rays->way, sizeof v.mirror);
+    return v;
+}
+
+bool shd_sketch_rim(const shd_lighting *lighting, const shd_rim *rim, const shd_block_rays *rays,
+                    const float beyond[3], size_t stride, float *const rgb[3]) {
+    static const double U = 0x1p-24, SURE = 64;
+    const shd_plan *plan = lighting->plan;
+    shd_sketch_job j = {.group = &lighting->sketches[plan->objects[rim->object].group],
+                        .form = SHD_SKETCH_RIM};
+    if (!j.group->fits || !(rim->least <= RIM_SQUARE) ||
+        !is_within(rays, rays->way_x, rays->way_y, WIDE) ||
+        !is_within(rays, rays->at_x, rays->at_y, RIM))
+        return false;
+    const double off = U * (4 * rim->least + 7 * rim->rest), root = off / (SURE * U);
+    j.turned2 = (float)(SHD_SKETCH_TURNED * SHD_SKETCH_TURNED);
+    j.scale = (float)(rays->size * plan->scale);
+    j.unsure = (float)(2 * off);
+    j.sure = (float)fmax(root * root, 4 * off);
+    for (int k = 0; k < 6; k++) j.square[k] = (float)rim->square[k];
+    memcpy(j.beyond, beyond, sizeof j.beyond);
+    j.view = view_of_rim(rim, rays, j.group);
+    set_rays(rays, &j);
+    bool drawn = false;
+    return kernels[plan->isa](&j, stride, rgb, &drawn) && drawn;
 }

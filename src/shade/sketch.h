@@ -7,6 +7,7 @@
  * proven in sketch.c. tests/property/sketch.c holds it against f64. */
 #pragma once
 
+#include "plan/rim.h"
 #include "shade/lighting.h"
 
 enum { SHD_SKETCH_PIXELS = SHD_SKETCH_SIDE * SHD_SKETCH_SIDE };
@@ -15,6 +16,11 @@ typedef struct shd_sketch_group shd_sketch_group;
 
 /* Makes lighting->sketches, which a plan that is sketched has. False: the arena is full. */
 bool shd_sketch_prepare(shd_lighting *lighting, shd_arena *arena);
+
+/* Writes the colors of a block past a ball's rim, and of the background `beyond`, in the same way.
+ * False: it is not known of all pixels what they see, or as below. */
+bool shd_sketch_rim(const shd_lighting *lighting, const shd_rim *rim, const shd_block_rays *rays,
+                    const float beyond[3], size_t stride, float *const rgb[3]);
 
 /* Writes the colors of blocks (shd_sight_bend) of a plan that is sketched (shd_plan.sketched) to
  * three planes, whose rows are `stride` apart, and tells of each of rays->blocks^2, from left to

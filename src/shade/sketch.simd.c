@@ -92,6 +92,7 @@ SHD_INLINE size_t place_lights(const shd_sketch_job *j, sketch_place out[SHD_SKE
 
 /* What is seen through a vector of pixels. */
 typedef struct seen {
+    shd_mf there, unsure;                  /* of a rim: rays that hit it, and that may */
     shd_vf moved[3], normal[3], mirror[3]; /* from the middle, in the plan's frame; unit; unit */
 } seen;
 
@@ -155,6 +156,38 @@ SHD_INLINE seen meet(const shd_sketch_job *j, shd_vf x, shd_vf y, shd_sketch_for
     for (int c = 0; c < 3; c++) {
         const shd_vf moved = shd_mad(s, w[c], o[c]);
         out.normal[c] = curved ? m[c] + moved : m[c];
+        out.mirror[c] = shd_mad(w[c], inverse, twice * out.normal[c]);
+        out.moved[c] = moved * shd_vf_set(j->scale);
+    }
+    return out;
+}
+
+/* At a rim. The place of the ray w that is nearest to the center is o - b / |w|^2 w beside that of
+ * the middle one, at right angles to the middle's w. */
+SHD_INLINE seen meet_rim(const shd_sketch_job *j, shd_vf x, shd_vf y) {
+    const float *d = j->square;
+    const shd_vf slope =
+                     shd_mad(y, shd_vf_set(d[4]), shd_mad(x, shd_vf_set(d[3]), shd_vf_set(d[1]))),
+                 fall = shd_mad(y, shd_vf_set(d[5]), shd_vf_set(d[2])),
+                 facing2 = shd_mad(x, slope, shd_mad(y, fall, shd_vf_set(d[0])));
+    shd_vf w[3], o[3], m[3], turned[3];
+    seen out;
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) {
+        m[c] = shd_vf_set(j->middle[c]);
+        turned[c] = shd_mad(y, shd_vf_set(j->way_y[c]), x * shd_vf_set(j->way_x[c]));
+        w[c] = turned[c] + shd_vf_set(j->way[c]);
+        o[c] = shd_mad(y, shd_vf_set(j->at_y[c]), x * shd_vf_set(j->at_x[c]));
+    }
+    out.there = shd_vf_gt(facing2, shd_vf_set(j->sure));
+    out.unsure = shd_mf_and(shd_vf_gt(facing2, shd_vf_set(-j->unsure)), shd_mf_not(out.there));
+    const shd_vf b = dot_lanes(m, turned) + dot_lanes(o, w), square = dot_lanes(w, w),
+                 root = shd_vf_sqrt(shd_vf_max(facing2, shd_vf_set(0))), s = -(root + b) / square,
+                 inverse = shd_vf_set(1) / shd_vf_sqrt(square), twice = (root + root) * inverse;
+#pragma GCC unroll 3
+    for (int c = 0; c < 3; c++) {
+        const shd_vf moved = shd_mad(s, w[c], o[c]);
+        out.normal[c] = m[c] + moved;
         out.mirror[c] = shd_mad(w[c], inverse, twice * out.normal[c]);
         out.moved[c] = moved * shd_vf_set(j->scale);
     }
@@ -249,9 +282,12 @@ SHD_INLINE bool sketch_block(const shd_sketch_job *j, shd_sketch_form form, size
     const shd_sketch_group *group = j->group;
     const shd_mf none = shd_vf_gt(shd_vf_set(0), shd_vf_set(0));
     for (int i = 0; i < SHD_SKETCH_PIXELS; i += SHD_W) {
-        const seen at = meet(j, shd_vf_load(across + i) + shd_vf_set(x),
-                             shd_vf_load(down + i) + shd_vf_set(y), form);
+        const bool rim = form == SHD_SKETCH_RIM;
+        const shd_vf right = shd_vf_load(across + i) + shd_vf_set(x),
+                     below = shd_vf_load(down + i) + shd_vf_set(y);
+        const seen at = rim ? meet_rim(j, right, below) : meet(j, right, below, form);
         shd_mf unknown = none;
+        if (rim && shd_mf_any(at.unsure)) return false;
         shd_vf rgb[3];
 #pragma GCC unroll 3
         for (int c = 0; c < 3; c++) rgb[c] = shd_vf_set(group->constant[c]);
@@ -260,7 +296,11 @@ SHD_INLINE bool sketch_block(const shd_sketch_job *j, shd_sketch_form form, size
                 add_light(&places[k], group, lobe_count, &at, true, j->turned2, rgb, &unknown);
             else
                 add_light(&places[k], group, lobe_count, &at, false, 0, rgb, &unknown);
+        if (rim) unknown = shd_mf_and(unknown, at.there);
         if (shd_mf_any(unknown)) return false;
+#pragma GCC unroll 3
+        for (int c = 0; rim && c < 3; c++)
+            rgb[c] = shd_vf_select(at.there, rgb[c], shd_vf_set(j->beyond[c]));
 #pragma GCC unroll 3
         for (int c = 0; c < 3; c++) store_rows(rgb[c], i, stride, out[c]);
     }
@@ -292,6 +332,7 @@ bool SHD_VARIANT(shd_sketch)(const shd_sketch_job *j, size_t stride, float *cons
 #define FORM(lobes)                                                                                \
     (j->form == SHD_SKETCH_PLANE  ? sketch(j, SHD_SKETCH_PLANE, lobes, stride, out, drawn)         \
      : j->form == SHD_SKETCH_BALL ? sketch(j, SHD_SKETCH_BALL, lobes, stride, out, drawn)          \
+     : j->form == SHD_SKETCH_RIM  ? sketch(j, SHD_SKETCH_RIM, lobes, stride, out, drawn)           \
                                   : sketch(j, SHD_SKETCH_ELLIPSOID, lobes, stride, out, drawn))
     return lobes == 0 ? FORM(0) : lobes == 1 ? FORM(1) : FORM(lobes);
 #endif

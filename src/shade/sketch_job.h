@@ -37,7 +37,8 @@ static const double SHD_SKETCH_OFF = 1e-4;
 typedef enum shd_sketch_form {
     SHD_SKETCH_PLANE,
     SHD_SKETCH_BALL,
-    SHD_SKETCH_ELLIPSOID
+    SHD_SKETCH_ELLIPSOID,
+    SHD_SKETCH_RIM
 } shd_sketch_form;
 
 typedef struct shd_sketch_job {
@@ -51,6 +52,9 @@ typedef struct shd_sketch_job {
     /* Of an ellipsoid: from the frame of the rays to the plan's, and to normals, which are unit in
      * the middle; N there, and the rays in the world, `along` times which is -N.w for b = -1. */
     float to_frame[3][3], to_normal[3][3], normal[3], seen[3], seen_x[3], seen_y[3], along;
+    /* Of a rim (shd_rim): rays miss where the square is below -unsure and hit where it is above
+     * `sure`; and the color behind it. */
+    float square[6], unsure, sure, beyond[3];
     shd_sketch_view view;
 } shd_sketch_job;
 

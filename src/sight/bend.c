@@ -316,6 +316,72 @@ bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t blo
     return true;
 }
 
+/* (N.w)^2 = (e.w)^2 - |w|^2 (|e|^2 - 1) of rays w from the eye e. With e = foot - t way, at right
+ * angles, no large terms cancel. Rays that are parallel begin beside the foot instead. */
+static void set_squares(const shd_block_rays *rays, bool parallel, shd_vec3 foot, double t,
+                        shd_rim *out) {
+    const double beyond = shd_dot(foot, foot) - 1;
+    const shd_vec3 x = parallel ? rays->at_x : rays->way_x, y = parallel ? rays->at_y : rays->way_y;
+    double *d = out->square;
+    d[0] = -beyond;
+    if (parallel) {
+        d[1] = -2 * shd_dot(foot, x);
+        d[2] = -2 * shd_dot(foot, y);
+        d[3] = -shd_dot(x, x);
+        d[4] = -2 * shd_dot(x, y);
+        d[5] = -shd_dot(y, y);
+    } else {
+        const double fx = shd_dot(foot, x), fy = shd_dot(foot, y), wx = shd_dot(rays->way, x),
+                     wy = shd_dot(rays->way, y), far = beyond + t * t, gx = fx - t * wx,
+                     gy = fy - t * wy;
+        d[1] = -2 * (t * fx + beyond * wx);
+        d[2] = -2 * (t * fy + beyond * wy);
+        d[3] = gx * gx - far * shd_dot(x, x);
+        d[4] = 2 * (gx * gy - far * shd_dot(x, y));
+        d[5] = gy * gy - far * shd_dot(y, y);
+    }
+    const double most = HALF - 0.5;
+    out->least = fabs(beyond);
+    out->rest =
+        most * (fabs(d[1]) + fabs(d[2])) + most * most * (fabs(d[3]) + fabs(d[4]) + fabs(d[5]));
+}
+
+bool shd_sight_rim(const shd_sight *sight, const shd_survey *survey, size_t block, shd_rim *out,
+                   shd_block_rays *rays) {
+    const shd_block *at = &survey->blocks[block];
+    if (!is_of_one(survey, at)) return false;
+    const shd_middle middle = middle_of(survey, block, 1, survey->candidates[at->first]);
+    if (sight->items[middle.object]) return false; /* no ball */
+    const shd_seen_ball *ball = &sight->seen[middle.object].ball;
+    const double size = ball->size;
+    const beam b = beam_of(&sight->lens, middle.x, middle.y, HALF * ROOT2);
+    const shd_vec3 eye = shd_madd(ball->eye, b.origin, 1 / size);
+    const double t = -shd_dot(eye, b.way), away = shd_length(eye);
+    const shd_vec3 foot = shd_madd(eye, b.way, t);
+    const double beside = shd_length(foot);
+    /* All of the ball is before the camera. */
+    if (!(away > 1 + 1e-3) || !(away < FARTHEST) ||
+        !(b.orthographic ? t > 1 + 1e-3 : t * b.cosine - beside * b.sine > 0))
+        return false;
+    set_rays(&sight->lens, &b, NULL, t, 0, size, true, rays);
+    rays->middle = foot;
+    out->object = middle.object;
+    out->point = shd_madd(sight->plan->objects[middle.object].center, foot, size);
+    set_squares(rays, b.orthographic, foot, t, out);
+    /* The place where the ray is nearest to the center is off by |foot.w + o.w| / |w|. */
+    const double reach = HALF * ROOT2,
+                 beside_it = reach * sqrt(fmax(shd_dot(rays->at_x, rays->at_x),
+                                               shd_dot(rays->at_y, rays->at_y))),
+                 turned = reach * sqrt(fmax(shd_dot(rays->way_x, rays->way_x),
+                                            shd_dot(rays->way_y, rays->way_y)));
+    if (!(turned < 0.1)) return false;
+    const double length = 1 - turned, root = sqrt(out->least + out->rest);
+    out->moved = size * (2 * beside_it + (beside * turned + root) / length);
+    out->cosine = root / length;
+    out->turned = turned / length;
+    return true;
+}
+
 /* Its rays are (side - 1) / 2 sqrt(2) pixels and more from the middle, and one pixel moves them by
  * no less than where the ball is nearest: that alone is more than LOW c. */
 static bool is_small_ball(const shd_sight *sight, uint32_t object) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "plan/bend.h"
+#include "plan/rim.h"
 #include "sight/sight.h"
 
 /* True: all rays through the survey's block, whichever of its 8 x 8 pixels are in the picture, hit
@@ -11,6 +12,11 @@
  * known where nothing else may be seen in them. The derivatives' proof is in bend.c. */
 bool shd_sight_bend(const shd_sight *sight, const shd_survey *survey, size_t block, int blocks,
                     shd_bend *out, shd_block_rays *rays);
+
+/* The same where rays may miss a ball, which is the only thing that may be seen. False, too: it is
+ * too small in the picture. */
+bool shd_sight_rim(const shd_sight *sight, const shd_survey *survey, size_t block, shd_rim *out,
+                   shd_block_rays *rays);
 
 /* Whether nothing can be seen through the block but balls too small for sketches (plan/bend.h). */
 bool shd_sight_has_small_balls(const shd_sight *sight, const shd_survey *survey, size_t block);

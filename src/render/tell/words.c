@@ -309,8 +309,9 @@ static void say_sketches(json_t *words, const shd_plan *plan) {
         say_line(
             words,
             "Sketches: where a sphere or a plane is before all else in 8 x 8 pixels, f32 draws "
-            "them from rays to colors, but for the rims of silhouettes, near lights and where "
-            "highlights end.");
+            "them from rays to colors, and past the rim of a sphere, but for other silhouettes, "
+            "near "
+            "lights and where highlights end.");
 }
 
 static void say_outputs(json_t *words, const shd_explained *e) {

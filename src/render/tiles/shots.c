@@ -94,14 +94,19 @@ static bool is_central(const shd_scenery *scenery, const shd_bend *bend,
             shd_mean_is_central(plan, bend, &s->spread, &plan->mean_room));
 }
 
+/* A block's first pixel. */
+static float *first_of(const shd_tile_scratch *s, size_t block, int c) {
+    const size_t across = (size_t)s->survey.across;
+    return s->sketch[c] + (block / across * SHD_TILE + block % across) * SHD_SKETCH_SIDE;
+}
+
 /* Draws those of rays->blocks^2 blocks, from that one on, of which all pixels may be sketched. */
 static void sketch_blocks(const shd_scenery *scenery, size_t block, const shd_bend *bend,
                           const shd_block_rays *rays, shd_tile_scratch *s) {
-    const size_t across = (size_t)s->survey.across, side = (size_t)rays->blocks,
-                 first = block / across * SHD_TILE + block % across;
+    const size_t across = (size_t)s->survey.across, side = (size_t)rays->blocks;
     bool drawn[SHD_BLOCKS];
     float *rgb[3];
-    for (int c = 0; c < 3; c++) rgb[c] = s->sketch[c] + first * SHD_SKETCH_SIDE;
+    for (int c = 0; c < 3; c++) rgb[c] = first_of(s, block, c);
     if (!shd_sketch_blocks(scenery->lighting, bend, rays, SHD_TILE, rgb, drawn)) return;
     for (size_t k = 0; k < side * side; k++)
         s->sketched |= (uint32_t)drawn[k] << (block + k / side * across + k % side);
@@ -119,6 +124,28 @@ static void sketch_quad(const shd_scenery *scenery, size_t block, shd_tile_scrat
         sketch_blocks(scenery, block, &bend, &rays, s);
 }
 
+/* Whether the background is one color. */
+static bool is_plain_behind(const shd_scene *scene) {
+    return !scene->transparent && !scene->backdrop;
+}
+
+/* Sketches a block past a ball's rim. */
+static bool sketch_rim(const shd_scenery *scenery, size_t block, shd_tile_scratch *s) {
+    const shd_scene *scene = scenery->plan->scene;
+    shd_rim rim;
+    shd_block_rays rays;
+    if (!is_plain_behind(scene) || !shd_sight_rim(scenery->sight, &s->survey, block, &rim, &rays))
+        return false;
+    float beyond[3], *rgb[3];
+    for (int c = 0; c < 3; c++) {
+        beyond[c] = (float)scene->background[c];
+        rgb[c] = first_of(s, block, c);
+    }
+    if (!shd_sketch_rim(scenery->lighting, &rim, &rays, beyond, SHD_TILE, rgb)) return false;
+    s->sketched |= (uint32_t)1 << block;
+    return true;
+}
+
 typedef enum look { LOOK_AT_ALL, LOOK_ONCE, LOOK_DONE } look;
 
 /* Looks at a block by draft's ways. */
@@ -129,11 +156,15 @@ static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scra
     shd_block_rays rays;
     if (one && shd_sight_has_small_balls(scenery->sight, &s->survey, block)) return LOOK_AT_ALL;
     if (!shd_sight_bend(scenery->sight, &s->survey, block, 1, &bend, &rays))
-        return shd_sight_misses(scenery->sight, &s->survey, block) ? LOOK_DONE : LOOK_AT_ALL;
+        return shd_sight_misses(scenery->sight, &s->survey, block) ||
+                       (one && plan->sketched && sketch_rim(scenery, block, s))
+                   ? LOOK_DONE
+                   : LOOK_AT_ALL;
     if (plan->materials[plan->objects[bend.object].material].textures ||
         !is_central(scenery, &bend, s))
         return LOOK_AT_ALL;
     if (plan->sketched) sketch_blocks(scenery, block, &bend, &rays, s);
+    if (one && plan->sketched && !(s->sketched >> block & 1)) sketch_rim(scenery, block, s);
     return s->sketched >> block & 1 ? LOOK_DONE : one ? LOOK_AT_ALL : LOOK_ONCE;
 }
 
@@ -143,6 +174,27 @@ typedef struct block_kinds {
     bool drawn[SHD_BLOCKS], center[SHD_BLOCKS];
     shd_block_rules rules[SHD_BLOCKS];
 } block_kinds;
+
+/* Draws blocks through which nothing is seen if all others are sketched, so that no pixel of the
+ * tile is left. */
+static void fill_open_blocks(const shd_scenery *scenery, const block_kinds *kinds,
+                             shd_tile_scratch *s) {
+    const shd_scene *scene = scenery->plan->scene;
+    const uint32_t all = (1 << SHD_BLOCKS) - 1;
+    uint32_t open = 0;
+    for (size_t block = 0; block < SHD_BLOCKS; block++)
+        if (!s->survey.blocks[block].count || kinds->drawn[block]) open |= (uint32_t)1 << block;
+    open &= ~s->sketched;
+    if (!open || (open | s->sketched) != all || !is_plain_behind(scene)) return;
+    for (uint32_t left = open; left; left &= left - 1)
+        for (int c = 0; c < 3; c++) {
+            float *at = first_of(s, (size_t)__builtin_ctz(left), c);
+            for (int y = 0; y < SHD_SKETCH_SIDE; y++)
+                for (int x = 0; x < SHD_SKETCH_SIDE; x++)
+                    at[y * SHD_TILE + x] = (float)scene->background[c];
+        }
+    s->sketched = all;
+}
 
 static void find_kinds(const shd_scenery *scenery, shd_tile_scratch *s, block_kinds *out) {
     const size_t blocks = (size_t)s->survey.across * (size_t)s->survey.down;
@@ -163,6 +215,7 @@ static void find_kinds(const shd_scenery *scenery, shd_tile_scratch *s, block_ki
             shd_find_block_rules(scenery, block, s, &out->rules[block]);
         out->count += how != LOOK_AT_ALL || out->rules[block].all != ~(uint64_t)0;
     }
+    if (scenery->plan->sketched) fill_open_blocks(scenery, out, s);
 }
 
 /* Joins the last bundle to the one before it, whose pixels it follows, if they may be cast as one:
