@@ -137,6 +137,27 @@ static int compare_keys(const void *x, const void *y) {
     return a->light < b->light ? -1 : 1;
 }
 
+/* Lets keys before the `middle` be no further along than those from there on (Hoare). */
+static void select_keys(key *keys, int count, int middle) {
+    for (int low = 0, high = count - 1; low < high;) {
+        const key pivot = keys[low + (high - low) / 2];
+        int i = low, j = high;
+        while (i <= j) {
+            while (compare_keys(&keys[i], &pivot) < 0) i++;
+            while (compare_keys(&pivot, &keys[j]) < 0) j--;
+            if (i > j) break;
+            const key one = keys[i];
+            keys[i++] = keys[j];
+            keys[j--] = one;
+        }
+        if (middle > j && middle < i) return;
+        if (middle <= j)
+            high = j;
+        else
+            low = i;
+    }
+}
+
 static double along(shd_vec3 v, int axis) {
     return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
 }
@@ -155,7 +176,10 @@ static uint32_t divide_lights(builder *b, const shd_bunch *bunch) {
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
     for (uint32_t i = 0; i < count; i++)
         b->keys[i] = (key){along(b->plan->lights[lights[i]].position, axis), lights[i]};
-    qsort(b->keys, count, sizeof *b->keys, compare_keys);
+    if (count > 2 * LEAF) /* parts of it are divided again */
+        select_keys(b->keys, (int)count, (int)count / 2);
+    else
+        qsort(b->keys, count, sizeof *b->keys, compare_keys);
     for (uint32_t i = 0; i < count; i++) lights[i] = b->keys[i].light;
     return bunch->first + count / 2;
 }
