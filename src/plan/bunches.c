@@ -118,10 +118,15 @@ static void add_part(const builder *b, const shd_bunch *part, shd_bunch *to) {
                                                  [shd_monomials_below(from) + shd_monomial(q, k)];
 }
 
-/* Parts follow what they are parts of, so that the last ones are known first. */
-static void find_moments(const builder *b) {
+/* Parts follow what they are parts of, so that the last ones are known first. False: memory. */
+static bool find_moments(const builder *b, shd_arena *arena) {
+    const size_t channels = (size_t)channels_of(b);
+    double(*moments)[SHD_BUNCH_MOMENTS] =
+        shd_arena_zalloc(arena, b->out->count, channels * sizeof *moments);
+    if (!moments) return false;
     for (size_t i = b->out->count; i-- > 0;) {
         shd_bunch *bunch = &b->out->list[i];
+        bunch->moments = moments + i * channels;
         if (bunch->parts) {
             add_part(b, &b->out->list[bunch->parts], bunch);
             add_part(b, &b->out->list[bunch->parts + 1], bunch);
@@ -129,6 +134,7 @@ static void find_moments(const builder *b) {
             add_lights(b, bunch);
         }
     }
+    return true;
 }
 
 static int compare_keys(const void *x, const void *y) {
@@ -261,8 +267,7 @@ bool shd_bunches_new(const shd_plan *plan, shd_arena *arena, const shd_bunches *
         made->list[made->count++] = gather_lights(&b, bunch->first, middle, bunch->fall);
         made->list[made->count++] = gather_lights(&b, middle, bunch->end, bunch->fall);
     }
-    find_moments(&b);
-    if (!fill_rows(plan, arena, made)) return false;
+    if (!find_moments(&b, arena) || !fill_rows(plan, arena, made)) return false;
     *out = made;
     return true;
 }

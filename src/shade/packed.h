@@ -151,6 +151,7 @@ shd_add_wide_function shd_add_wide_portable, shd_add_wide_avx2, shd_add_wide_avx
 typedef struct shd_packed_lamp {
     _Alignas(32) float at[3];
     float color[3];
+    bool quick; /* as in shd_packed_light */
 } shd_packed_lamp;
 
 /* All lights in the order of their trees (plan/bunches.h), so that those that are summed at once

@@ -88,7 +88,7 @@ size_t shd_part_quick(const shd_lighting *lighting, const uint32_t *which, size_
         const uint32_t index = which[k];
         quick[count] = index;
         others[k - count] = index;
-        count += lighting->lights[index].quick;
+        count += lighting->lamps.packed[index].quick;
     }
     return count;
 }
@@ -269,11 +269,12 @@ bool shd_find_lamps(shd_lighting *lighting, shd_arena *arena) {
         .balls = shd_arena_alloc(arena, count / SHD_QUICK_BALL + 1, sizeof *lamps->balls),
         .packed = shd_arena_alloc(arena, count, sizeof *lamps->packed)};
     if (!lamps->quick || !lamps->others || !lamps->balls || !lamps->packed) return false;
-    for (size_t k = 0; k < count; k++)
-        for (int c = 0; c < 3; c++) {
-            lamps->packed[k].at[c] = lighting->lights[k].at[c];
-            lamps->packed[k].color[c] = lighting->lights[k].color[c];
-        }
+    for (size_t k = 0; k < count; k++) {
+        const shd_packed_light *l = &lighting->lights[k];
+        lamps->packed[k] = (shd_packed_lamp){.at = {l->at[0], l->at[1], l->at[2]},
+                                             .color = {l->color[0], l->color[1], l->color[2]},
+                                             .quick = l->quick};
+    }
     lamps->quick_count = shd_part_quick(lighting, lighting->plan->bunches->lights, count,
                                         lamps->quick, lamps->others);
     lamps->other_count = count - lamps->quick_count;
