@@ -118,10 +118,15 @@ static void add_part(const builder *b, const shd_bunch *part, shd_bunch *to) {
                                                  [shd_monomials_below(from) + shd_monomial(q, k)];
 }
 
-/* Parts follow what they are parts of, so that the last ones are known first. */
-static void find_moments(const builder *b) {
+/* Parts follow what they are parts of, so that the last ones are known first. False: memory. */
+static bool find_moments(const builder *b, shd_arena *arena) {
+    const size_t channels = (size_t)channels_of(b);
+    double(*moments)[SHD_BUNCH_MOMENTS] =
+        shd_arena_zalloc(arena, b->out->count, channels * sizeof *moments);
+    if (!moments) return false;
     for (size_t i = b->out->count; i-- > 0;) {
         shd_bunch *bunch = &b->out->list[i];
+        bunch->moments = moments + i * channels;
         if (bunch->parts) {
             add_part(b, &b->out->list[bunch->parts], bunch);
             add_part(b, &b->out->list[bunch->parts + 1], bunch);
@@ -129,12 +134,34 @@ static void find_moments(const builder *b) {
             add_lights(b, bunch);
         }
     }
+    return true;
 }
 
 static int compare_keys(const void *x, const void *y) {
     const key *a = x, *b = y;
     if (a->at != b->at) return a->at < b->at ? -1 : 1;
     return a->light < b->light ? -1 : 1;
+}
+
+/* Lets keys before the `middle` be no further along than those from there on (Hoare). */
+static void select_keys(key *keys, int count, int middle) {
+    for (int low = 0, high = count - 1; low < high;) {
+        const key pivot = keys[low + (high - low) / 2];
+        int i = low, j = high;
+        while (i <= j) {
+            while (compare_keys(&keys[i], &pivot) < 0) i++;
+            while (compare_keys(&pivot, &keys[j]) < 0) j--;
+            if (i > j) break;
+            const key one = keys[i];
+            keys[i++] = keys[j];
+            keys[j--] = one;
+        }
+        if (middle > j && middle < i) return;
+        if (middle <= j)
+            high = j;
+        else
+            low = i;
+    }
 }
 
 static double along(shd_vec3 v, int axis) {
@@ -155,7 +182,10 @@ static uint32_t divide_lights(builder *b, const shd_bunch *bunch) {
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
     for (uint32_t i = 0; i < count; i++)
         b->keys[i] = (key){along(b->plan->lights[lights[i]].position, axis), lights[i]};
-    qsort(b->keys, count, sizeof *b->keys, compare_keys);
+    if (count > 2 * LEAF) /* parts of it are divided again */
+        select_keys(b->keys, (int)count, (int)count / 2);
+    else
+        qsort(b->keys, count, sizeof *b->keys, compare_keys);
     for (uint32_t i = 0; i < count; i++) lights[i] = b->keys[i].light;
     return bunch->first + count / 2;
 }
@@ -237,8 +267,7 @@ bool shd_bunches_new(const shd_plan *plan, shd_arena *arena, const shd_bunches *
         made->list[made->count++] = gather_lights(&b, bunch->first, middle, bunch->fall);
         made->list[made->count++] = gather_lights(&b, middle, bunch->end, bunch->fall);
     }
-    find_moments(&b);
-    if (!fill_rows(plan, arena, made)) return false;
+    if (!find_moments(&b, arena) || !fill_rows(plan, arena, made)) return false;
     *out = made;
     return true;
 }

@@ -31,8 +31,9 @@ typedef struct shd_bunch {
     uint32_t parts;      /* the first of two in the list; 0: it is a leaf */
     uint32_t fall;       /* in shd_bunches.falls */
     /* By channel, sums of the same weights times monomials of center - light, each divided by the
-     * factorials of its exponents. Of plans whose lights are all grey only the first one. */
-    double moments[3][SHD_BUNCH_MOMENTS];
+     * factorials of its exponents. Of plans whose lights are all grey only the first one. They lie
+     * apart from what tells whether a bunch is taken at all. */
+    double (*moments)[SHD_BUNCH_MOMENTS];
 } shd_bunch;
 
 /* What is looked at of a light, or of a bunch. */

@@ -7,6 +7,7 @@
 #include "shade/exact.h"
 #include "shade/extended.h"
 #include "shade/packed.h"
+#include "shade/quick.h"
 #include "shade/shadowed.h"
 #include "shade/sketch.h"
 #include "shade/split32.h"
@@ -293,7 +294,7 @@ shd_lighting *shd_lighting_new(const shd_plan *plan, const shd_shadows *shadows,
                                .westin = plan->westin ? westin : NULL,
                                .mixes = mixes};
     if (plan->sketched && !shd_sketch_prepare(lighting, arena)) return NULL;
-    return lighting;
+    return shd_find_lamps(lighting, arena) ? lighting : NULL;
 }
 
 static shd_vec3 lane_of(const float *const v[3], size_t i) {

@@ -146,6 +146,23 @@ typedef void shd_add_wide_function(const shd_sums_job *job, uint32_t index, size
                                    unsigned lanes, float *rows);
 shd_add_wide_function shd_add_wide_portable, shd_add_wide_avx2, shd_add_wide_avx512;
 
+/* What quick sums read of a light: a quarter of shd_packed_light, so that thousands are in a cache.
+ */
+typedef struct shd_packed_lamp {
+    _Alignas(32) float at[3];
+    float color[3];
+    bool quick; /* as in shd_packed_light */
+} shd_packed_lamp;
+
+/* All lights in the order of their trees (plan/bunches.h), so that those that are summed at once
+ * lie together, and points face all of them or none. */
+typedef struct shd_lamps {
+    uint32_t *quick, *others; /* those that are summed quickly, and those that are not */
+    size_t quick_count, other_count;
+    float (*balls)[4];       /* as in shd_sums_job, of `quick` */
+    shd_packed_lamp *packed; /* [plan->light_count], in the plan's order */
+} shd_lamps;
+
 struct shd_lighting {
     const shd_plan *plan;
     shd_sums_function *sums64;      /* the variant of the plan's instruction set */
@@ -153,6 +170,7 @@ struct shd_lighting {
     /* How lights that are summed quickly fall off, and squared distances at which all of them are
      * done in f32. */
     shd_packed_light quick;
+    shd_lamps lamps;                      /* of a plan that has bunches */
     const shd_wide_light *wide, *exact;   /* [plan->light_count]: for narrow points, for others */
     const shd_packed_material *materials; /* [plan->material_count] */
     const shd_shadows *shadows;           /* or NULL */

@@ -15,6 +15,9 @@ static inline double shd_quick_off(double n) {
 /* The share of what may be left out that is for it. */
 #define SHD_QUICK_SHARE 0x1p-4
 
+/* Powers of cosines below 2 to this are nothing: that is u / 256 of what the light sends. */
+#define SHD_QUICK_DIM (-32.0)
+
 /* Exponents of highlights that are powers. */
 enum { SHD_QUICK_LEAST = 8, SHD_QUICK_MOST = 64 };
 
@@ -32,9 +35,12 @@ void shd_light_quick32(const shd_lighting *lighting, const shd_plan_material *ma
                        const uint32_t *which, size_t n, const shd_points32 *points,
                        float *const diffuse[3], float *const *specular, uint8_t *edges);
 
-/* Writes sums over any lights: quick ones of those that may be, others as shd_light_sums32. Lights
- * that follow each other and lie together are left out together, where all points face away from
- * them. `memory` is for 3 n numbers of 32 bits. */
+/* Sets lighting->lamps, if the plan has bunches. False: memory. */
+bool shd_find_lamps(shd_lighting *lighting, shd_arena *arena);
+
+/* Writes sums over any lights, or all (`which` NULL): quick ones of those that may be, others as
+ * shd_light_sums32. Of all, those that lie together are left out together, where all points face
+ * away from them. `memory` is for 2 n numbers of 32 bits. */
 void shd_light_lamps32(const shd_lighting *lighting, const shd_plan_material *material,
                        const uint32_t *which, size_t n, const shd_points32 *points,
                        float *const diffuse[3], float *const *specular, uint8_t *edges,

@@ -85,16 +85,6 @@ static void make_points(const shd_plan *plan, points *p) {
     }
 }
 
-static const shd_plan *sorted_plan;
-
-/* From +x to -x, so that all of some that are summed at once are behind points on the other side.
- */
-static int compare_lights(const void *x, const void *y) {
-    const double a = sorted_plan->lights[*(const uint32_t *)x].position.x,
-                 b = sorted_plan->lights[*(const uint32_t *)y].position.x;
-    return (a < b) - (a > b);
-}
-
 /* The same sums by the standard tier's kernels, or in f64 (`off` is nothing then), and quick ones:
  * these are off by no more than they tell, beside what f32 is. */
 static void compare_sums(const shd_plan *plan, shd_arena *arena) {
@@ -106,8 +96,6 @@ static void compare_sums(const shd_plan *plan, shd_arena *arena) {
     for (uint32_t k = 0; k < LAMPS; k++) all[k] = k;
     const size_t some = shd_part_quick(lighting, all, LAMPS, quick, others);
     assert_true(some > LAMPS * 9 / 10 && some < LAMPS);
-    sorted_plan = plan;
-    qsort(all, LAMPS, sizeof *all, compare_lights);
     static points p;
     make_points(plan, &p);
     static float plain[ROWS][ROOM], sums[ROWS][ROOM], dull[ROWS][ROOM];
@@ -121,8 +109,7 @@ static void compare_sums(const shd_plan *plan, shd_arena *arena) {
                              .normal = {p.normal[0], p.normal[1], p.normal[2]},
                              .mirror = {p.mirror[0], p.mirror[1], p.mirror[2]}};
     shd_light_sums32(lighting, material, all, LAMPS, &at, rows[0], rows[0] + 3, edges);
-    uint32_t memory[3 * LAMPS];
-    shd_light_lamps32(lighting, material, all, LAMPS, &at, rows[1], rows[1] + 3, marked, memory);
+    shd_light_lamps32(lighting, material, NULL, LAMPS, &at, rows[1], rows[1] + 3, marked, NULL);
     shd_light_quick32(lighting, material, quick, some, &at, rows[2], NULL, NULL);
     shd_light_sums32(lighting, material, others, LAMPS - some, &at, rows[2], rows[2] + 3, marked);
     assert_memory_equal(edges, marked, POINTS);

@@ -470,7 +470,7 @@ void shd_afar_lay_out(const shd_plan *plan, size_t points, shd_scratch *memory,
     out->now = shd_scratch_take(memory, plan->bunches->count, sizeof *out->now);
     out->next = shd_scratch_take(memory, plan->bunches->count, sizeof *out->next);
     out->dull = shd_scratch_take(memory, lights, sizeof *out->dull);
-    out->sorted = shd_scratch_take(memory, 3 * lights, sizeof *out->sorted);
+    out->parted = shd_scratch_take(memory, 2 * lights, sizeof *out->parted);
     out->steps = shd_scratch_take(memory, lights, sizeof *out->steps);
     out->looks = shd_scratch_take(memory, lights, sizeof *out->looks);
     out->bits = shd_scratch_take(memory, (lights + 63) / 64, sizeof *out->bits);

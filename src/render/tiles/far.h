@@ -40,7 +40,7 @@ typedef struct shd_afar_scratch {
     double *gleam;  /* [light_count]: of lights that stay open */
     uint32_t *dull; /* [light_count]: lights that a run is lit by without highlights */
     size_t dull_count;
-    uint32_t *sorted; /* [3 light_count]: a run's lights (shd_light_lamps32) */
+    uint32_t *parted; /* [2 light_count]: a run's lights (shd_light_lamps32) */
     float **rows;     /* [3]: what they add to a run */
     uint64_t *bits;   /* one a light */
 } shd_afar_scratch;

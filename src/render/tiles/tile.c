@@ -86,12 +86,6 @@ static void add_dull(const shd_scenery *scenery, const lit_run *l, const shd_poi
         for (size_t i = 0; i < l->count; i++) s->outs[c][i] += s->afar.rows[c][i];
 }
 
-/* All lights in the order of their trees, so that those that are summed at once lie together, and
- * points face all of them or none; or a part of them as it is. */
-static const uint32_t *sorted_lights(const shd_plan *plan, const lit_run *l) {
-    return l->lights == plan->light_count ? plan->bunches->lights : l->which;
-}
-
 /* Lights a run for a plane and those that share its sums: s->sums. */
 static void sum_lights(const shd_scenery *scenery, const lit_run *l, size_t plane,
                        shd_tile_scratch *s) {
@@ -109,8 +103,9 @@ static void sum_lights(const shd_scenery *scenery, const lit_run *l, size_t plan
     memset(s->edges, 0, l->count);
     float *const *diffuse = l->material->has_diffuse ? s->outs : NULL;
     if (l->quick)
-        shd_light_lamps32(scenery->lighting, l->material, sorted_lights(plan, l), l->lights,
-                          &points, s->outs, s->outs + 3, s->edges, s->afar.sorted);
+        shd_light_lamps32(scenery->lighting, l->material,
+                          l->lights < plan->light_count ? l->which : NULL, l->lights, &points,
+                          s->outs, s->outs + 3, s->edges, s->afar.parted);
     else
         shd_light_sums32(scenery->lighting, l->material, l->which, l->lights, &points, diffuse,
                          s->outs + 3, s->edges);
