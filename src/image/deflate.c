@@ -11,10 +11,14 @@
  * are told (3.2.7). */
 enum { LITERALS = 286, END = 256, DISTANCES = 30, WAYS = 19, LONGEST_WAY = 7 };
 
+/* The longest code where four of them are put at once. */
+enum { SPARSE_LONGEST = 14 };
+
 typedef struct block {
     shd_matches matches;
     uint32_t literals[4][LITERALS], distances[DISTANCES]; /* how often */
     uint32_t lengths[SHD_MATCH_LONGEST + 1];              /* as pack_symbol has them */
+    uint32_t runs[SHD_RUN_LONGEST + 1];                   /* how often each is, if it is sparse */
     shd_prefix_code literal_code, distance_code;
 } block;
 
@@ -49,14 +53,49 @@ static void count_literals(block *b) {
         b->literals[0][i] += b->literals[1][i] + b->literals[2][i] + b->literals[3][i];
 }
 
-static void make_codes(block *b) {
+/* What is longer than the longest run becomes one and matches that are as long. Returns these. */
+static inline size_t cut_run(size_t *run) {
+    const size_t matches = *run > SHD_RUN_LONGEST ? (*run - 1) / SHD_MATCH_LONGEST : 0;
+    *run -= matches * SHD_MATCH_LONGEST;
+    return matches;
+}
+
+/* Few zeros are literals, more are one and a match with it. Returns the match's length, or 0. */
+static inline unsigned match_of_run(size_t run) {
+    return run > SHD_MATCH_SHORTEST ? (unsigned)run - 1 : 0;
+}
+
+/* Counts the zeros of a block that is sparse, whose literals are counted. */
+static void count_runs(block *b, size_t size) {
+    shd_matches *const m = &b->matches;
+    memset(m->lengths, 0, sizeof m->lengths);
+    memset(m->distances, 0, sizeof m->distances);
+    memset(b->runs, 0, sizeof b->runs);
+    size_t behind = 0, matches = 0;
+    for (size_t i = 0; i <= m->count; i++) {
+        const size_t place = i < m->count ? m->places[i] : size;
+        size_t run = place - behind;
+        matches += cut_run(&run);
+        b->runs[run]++;
+        behind = place + 1;
+    }
+    m->lengths[SHD_MATCH_LONGEST] = (uint32_t)matches;
+    for (size_t run = 1; run <= SHD_RUN_LONGEST; run++) {
+        const unsigned match = match_of_run(run);
+        b->literals[0][0] += b->runs[run] * (match ? 1 : (uint32_t)run);
+        m->lengths[match] += b->runs[run];
+        if (match) matches += b->runs[run];
+    }
+    m->distances[0] = (uint32_t)matches;
+}
+
+static void make_codes(block *b, unsigned longest) {
     uint32_t *const literals = b->literals[0];
-    count_literals(b);
     literals[END] = 1;
     for (unsigned l = SHD_MATCH_SHORTEST; l <= SHD_MATCH_LONGEST; l++)
         if (b->matches.lengths[l]) literals[length_symbol(l).name] += b->matches.lengths[l];
     memcpy(b->distances, b->matches.distances, sizeof b->distances);
-    shd_prefix_code_make(literals, LITERALS, SHD_PREFIX_LONGEST, &b->literal_code);
+    shd_prefix_code_make(literals, LITERALS, longest, &b->literal_code);
     shd_prefix_code_make(b->distances, DISTANCES, SHD_PREFIX_LONGEST, &b->distance_code);
     for (unsigned l = SHD_MATCH_SHORTEST; l <= SHD_MATCH_LONGEST; l++)
         if (b->matches.lengths[l])
@@ -154,12 +193,17 @@ static void put_codes(const block *b, stream *s) {
     flush(s);
 }
 
+/* The codes of bytes and of the end, as pack_symbol has them. */
+static void pack_literals(const block *b, uint32_t *packed) {
+    for (unsigned i = 0; i <= END; i++)
+        packed[i] = (uint32_t)b->literal_code.bits[i] << 8 | b->literal_code.sizes[i];
+}
+
 /* Seven bits that wait, a length of 20 and a distance of 28 are put at once. */
 static void put_sequences(const block *b, const unsigned char *data, stream *out) {
     stream s = *out;
-    uint32_t packed[256];
-    for (unsigned i = 0; i < 256; i++)
-        packed[i] = (uint32_t)b->literal_code.bits[i] << 8 | b->literal_code.sizes[i];
+    uint32_t packed[END + 1];
+    pack_literals(b, packed);
     for (size_t i = 0; i < b->matches.count; i++) {
         const shd_sequence q = b->matches.sequences[i];
         if (q.literals) {
@@ -180,6 +224,49 @@ static void put_sequences(const block *b, const unsigned char *data, stream *out
     }
     put(&s, b->literal_code.bits[END], b->literal_code.sizes[END]);
     flush(&s);
+    *out = s;
+}
+
+/* What is put for a run of zeros, as pack_symbol has it: three codes at most. */
+static uint64_t pack_run(const block *b, size_t run) {
+    const unsigned match = match_of_run(run), size = b->literal_code.sizes[0];
+    uint64_t bits = 0, count = 0;
+    for (size_t i = match ? run - 1 : 0; i < run; i++, count += size)
+        bits |= (uint64_t)b->literal_code.bits[0] << count;
+    if (match) {
+        bits |= (uint64_t)(b->lengths[match] >> 8) << count;
+        count += (b->lengths[match] & 255) + 1; /* the only distance is a 0 */
+    }
+    return bits << 8 | count;
+}
+
+/* Seven bits that wait and four codes are put at once. Behind the last zeros is the end, as if it
+ * were a byte. */
+static void put_runs(const block *b, size_t size, stream *out) {
+    const shd_matches *const m = &b->matches;
+    stream s = *out;
+    uint32_t packed[END + 1];
+    uint64_t runs[SHD_RUN_LONGEST + 1];
+    pack_literals(b, packed);
+    for (size_t run = 0; run <= SHD_RUN_LONGEST; run++)
+        runs[run] = b->runs[run] ? pack_run(b, run) : 0;
+    size_t behind = 0;
+    for (size_t i = 0; i <= m->count; i++) {
+        const size_t place = i < m->count ? m->places[i] : size;
+        const uint32_t byte = packed[i < m->count ? m->literals[i] : END];
+        size_t run = place - behind, matches = cut_run(&run);
+        uint64_t bits = runs[run] >> 8;
+        unsigned count = runs[run] & 255;
+        for (; matches; matches--) {
+            put(&s, bits, count);
+            flush(&s);
+            bits = b->lengths[SHD_MATCH_LONGEST] >> 8;
+            count = (b->lengths[SHD_MATCH_LONGEST] & 255) + 1;
+        }
+        put(&s, bits | (uint64_t)(byte >> 8) << count, count + (byte & 255));
+        flush(&s);
+        behind = place + 1;
+    }
     *out = s;
 }
 
@@ -209,12 +296,19 @@ size_t shd_deflate_block(shd_isa isa, void *room, const unsigned char *data, siz
     static const shd_match_kernel *const kernels[SHD_ISA_COUNT] = SHD_VARIANTS(shd_match_kernel);
     block *const b = room;
     stream s = {.at = out};
-    (wide ? kernels[isa]->find_wide : kernels[isa]->find)(&b->matches, data, before, size, pixel);
-    make_codes(b);
+    const shd_match_kernel *const kernel = kernels[isa];
+    const bool sparse = kernel->find_sparse(&b->matches, data, size);
+    if (!sparse) (wide ? kernel->find_wide : kernel->find)(&b->matches, data, before, size, pixel);
+    count_literals(b);
+    if (sparse) count_runs(b, size);
+    make_codes(b, sparse ? SPARSE_LONGEST : SHD_PREFIX_LONGEST);
     if (find_bits(b) / 8 >= size) return (size_t)(put_stored(&s, data, size, last) - out);
     put(&s, last | 2 << 1, 3); /* with codes of its own */
     put_codes(b, &s);
-    put_sequences(b, data, &s);
+    if (sparse)
+        put_runs(b, size, &s);
+    else
+        put_sequences(b, data, &s);
     if (!last) return (size_t)(put_stored(&s, NULL, 0, false) - out);
     if (s.count) *s.at++ = (unsigned char)s.bits;
     return (size_t)(s.at - out);

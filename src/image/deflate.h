@@ -4,7 +4,8 @@
  * places alone are tried for a match: the pixel before, and where the same eight bytes were last
  * seen. A prefix code made for the block does the rest. Samples of two bytes leave a number that
  * hardly repeats behind one that nearly always does: there, shorter matches are taken, and those
- * with the sample before, too. */
+ * with the sample before, too. Where seven bytes of eight are zeros and the others hardly repeat,
+ * runs of zeros are all that is looked for. */
 #pragma once
 
 #include <stdbool.h>

@@ -11,6 +11,9 @@
 enum { SHD_MATCH_LONGEST = 258, SHD_MATCH_FARTHEST = 32768, SHD_MATCH_DISTANCES = 32 };
 enum { SHD_MATCH_SHORTEST = 3, SHD_MATCH_SEEN = 1 << 14 };
 
+/* Zeros in a row that are counted by how many they are. */
+enum { SHD_RUN_LONGEST = SHD_MATCH_LONGEST };
+
 /* Literals, and the match behind them. The last one has none. */
 typedef struct shd_sequence {
     uint16_t literals, length, distance;
@@ -18,7 +21,10 @@ typedef struct shd_sequence {
 
 typedef struct shd_matches {
     uint16_t seen[SHD_MATCH_SEEN]; /* where bytes of a hash were last seen */
-    shd_sequence sequences[SHD_DEFLATE_BLOCK / SHD_MATCH_SHORTEST + 1];
+    union {
+        shd_sequence sequences[SHD_DEFLATE_BLOCK / SHD_MATCH_SHORTEST + 1];
+        uint16_t places[SHD_DEFLATE_BLOCK + 1]; /* of literals that are not zero */
+    };
     size_t count;
     unsigned char literals[SHD_DEFLATE_BLOCK + 32]; /* all of them, one behind the other */
     size_t literal_count;
@@ -44,6 +50,9 @@ typedef struct shd_match_kernel {
                  size_t pixel);
     void (*find_wide)(shd_matches *m, const unsigned char *data, size_t before, size_t size,
                       size_t pixel);
+    /* Finds the literals and the places of bytes that are not zero. False: they are too many for
+     * what is between them to be told as runs alone. */
+    bool (*find_sparse)(shd_matches *m, const unsigned char *data, size_t size);
 } shd_match_kernel;
 
 extern const shd_match_kernel shd_match_kernel_portable, shd_match_kernel_avx2,

@@ -196,4 +196,97 @@ static void find_wide_matches(shd_matches *m, const unsigned char *data, size_t 
     add_sequence(m, from, end, (size_t)(end - from), 0, 0);
 }
 
-const shd_match_kernel SHD_VARIANT(shd_match_kernel) = {find_matches, find_wide_matches};
+/* ---- Rows that are nearly all zeros ---- */
+
+/* Which of VECTOR bytes are not zero, the first one lowest. */
+static inline uint64_t find_others(const unsigned char *at) {
+    uint64_t others = 0;
+#if SHD_W > 8
+    others = _mm512_test_epi8_mask(_mm512_loadu_si512(at), _mm512_set1_epi8(-1));
+#elif SHD_W > 4
+    for (int i = 0; i < VECTOR; i += 32) {
+        const __m256i x = _mm256_loadu_si256((const __m256i *)(const void *)(at + i)),
+                      zeros = _mm256_cmpeq_epi8(x, _mm256_setzero_si256());
+        others |= (uint64_t)(uint32_t)~_mm256_movemask_epi8(zeros) << i;
+    }
+#elif defined(__SSE2__)
+    for (int i = 0; i < VECTOR; i += 16) {
+        const __m128i x = _mm_loadu_si128((const __m128i *)(const void *)(at + i)),
+                      zeros = _mm_cmpeq_epi8(x, _mm_setzero_si128());
+        others |= (uint64_t)(uint16_t)~_mm_movemask_epi8(zeros) << i;
+    }
+#else
+    const uint64_t low = 0x7F7F7F7F7F7F7F7F, gather = 0x0102040810204080;
+    for (int i = 0; i < VECTOR; i += WORD) { /* a byte's highest bit, then eight of these */
+        const uint64_t x = load(at + i), high = (((x & low) + low) | x) & ~low;
+        others |= ((high >> 7) * gather >> 56) << i;
+    }
+#endif
+    return others;
+}
+
+/* How far the places of literals from `at` on are from the next, GAPS of them in two words: they
+ * ascend, so that no difference borrows from its neighbor. */
+enum { GAPS = 8 };
+typedef struct gaps {
+    uint64_t first, second;
+} gaps;
+
+static inline gaps find_gaps(const uint16_t *at) {
+    const unsigned char *const from = (const unsigned char *)at, *const next =
+                                                                     (const unsigned char *)(at +
+                                                                                             1);
+    return (gaps){load(next) - load(from), load(next + WORD) - load(from + WORD)};
+}
+
+/* Whether many literals are where ones were before, whose matches are worth more than runs. What is
+ * asked about is chosen by how far GAPS are together, so that what repeats is chosen again. If that
+ * is hardly any, few distances repeat all the time. */
+static bool repeat_often(shd_matches *m) {
+    enum { SEEN_BITS = 8, CHOSEN = 16, OFTEN = 4, FEW = 256 };
+    const uint16_t odd = 40503; /* Fibonacci hashing, as above */
+    size_t asked = 0, found = 0;
+    if (m->count < FEW) return false;
+    memset(m->seen, 0, sizeof *m->seen << SEEN_BITS);
+    for (size_t i = 1; i + GAPS < m->count; i++) {
+        const uint16_t span = (uint16_t)(m->places[i + GAPS] - m->places[i]);
+        if ((uint16_t)(span * odd) >= (UINT16_MAX + 1) / CHOSEN) continue;
+        const gaps here = find_gaps(m->places + i);
+        uint16_t *const seen =
+            &m->seen[(here.first + 3 * here.second) * 0x9E3779B97F4A7C15u >> (64 - SEEN_BITS)];
+        const gaps old = find_gaps(m->places + *seen);
+        *seen = (uint16_t)i;
+        asked++;
+        found += here.first == old.first && here.second == old.second;
+    }
+    return OFTEN * found > asked || 2 * CHOSEN * asked < m->count;
+}
+
+static bool find_sparse(shd_matches *m, const unsigned char *data, size_t size) {
+    enum { SPARSE = 8, AT_ONCE = 8 };
+    const size_t most = size / SPARSE;
+    size_t count = 0, i = 0;
+    for (; i + VECTOR <= size; i += VECTOR) {
+        uint64_t others = find_others(data + i);
+        if (!others) continue;
+        size_t at = count;
+        count += (size_t)__builtin_popcountll(others);
+        if (count > most) return false;
+        for (; others; at += AT_ONCE) /* what is written too much is overwritten */
+            for (size_t k = 0; k < AT_ONCE; k++, others &= others - 1) {
+                const size_t place = i + (size_t)__builtin_ctzll(others | UINT64_C(1) << 63);
+                m->places[at + k] = (uint16_t)place;
+                m->literals[at + k] = data[place];
+            }
+    }
+    for (; i < size; i++) {
+        m->places[count] = (uint16_t)i;
+        m->literals[count] = data[i];
+        count += data[i] != 0;
+    }
+    m->count = m->literal_count = count;
+    return count <= most && !repeat_often(m);
+}
+
+const shd_match_kernel SHD_VARIANT(shd_match_kernel) = {find_matches, find_wide_matches,
+                                                        find_sparse};

@@ -157,6 +157,54 @@ static void samples_of_two_bytes_are_not_told_thrice(void **state) {
     free(data);
 }
 
+/* Zeros with bytes in between: runs of each length, and of far more than a match has. */
+static void each_run_of_zeros_is_read(void **state) {
+    (void)state;
+    unsigned char *data = calloc(SHD_DEFLATE_BLOCK, 1);
+    uint32_t seed = 17;
+    for (size_t most = 8; most <= SHD_DEFLATE_BLOCK; most *= 2) {
+        memset(data, 0, SHD_DEFLATE_BLOCK);
+        for (size_t at = next(&seed) % most, run = 0; at < SHD_DEFLATE_BLOCK; run++) {
+            data[at] = (unsigned char)next(&seed);
+            at += 1 + (run & 1 ? run / 2 % 800 : 8 + next(&seed) % most);
+        }
+        for (size_t size = SHD_DEFLATE_BLOCK - 70; size < SHD_DEFLATE_BLOCK; size += 23)
+            check(data, size, 3, SHD_DEFLATE_BLOCK);
+    }
+    free(data);
+}
+
+/* Every byte is there, each twice as often as the next, so that codes would be as long as may be;
+ * some runs are of three zeros, which are literals. */
+static void rare_bytes_among_zeros_are_read(void **state) {
+    (void)state;
+    unsigned char *data = calloc(SHD_DEFLATE_BLOCK, 1);
+    uint32_t seed = 19;
+    for (size_t at = 0; at < SHD_DEFLATE_BLOCK; at += 10 + next(&seed) % (at % 64 ? 8 : 1)) {
+        data[at] = (unsigned char)(1 + __builtin_ctz(next(&seed) | 1u << 20) * 12);
+        if (next(&seed) % 4000 == 0 && at > 4) data[at - 4] = 255;
+    }
+    check(data, SHD_DEFLATE_BLOCK, 3, SHD_DEFLATE_BLOCK);
+    free(data);
+}
+
+/* Few bytes among zeros that are the same again and again: matches say them all at once, where runs
+ * would take eleven times what the first ones do. */
+static void what_repeats_among_zeros_is_matched(void **state) {
+    (void)state;
+    enum { PERIOD = 6000 };
+    unsigned char *data = calloc(SHD_DEFLATE_BLOCK, 1);
+    uint32_t seed = 23;
+    for (size_t at = 5; at < PERIOD; at += 9 + next(&seed) % 16)
+        data[at] = (unsigned char)next(&seed);
+    const size_t once = check(data, PERIOD, 3, SHD_DEFLATE_BLOCK);
+    for (size_t at = PERIOD; at < SHD_DEFLATE_BLOCK; at++) data[at] = data[at - PERIOD];
+    assert_true(check(data, SHD_DEFLATE_BLOCK, 3, SHD_DEFLATE_BLOCK) < 3 * once);
+    for (size_t at = 0; at < SHD_DEFLATE_BLOCK; at++) data[at] = at % 12 ? 0 : 7;
+    assert_true(check(data, SHD_DEFLATE_BLOCK, 3, SHD_DEFLATE_BLOCK) < 500);
+    free(data);
+}
+
 /* Noise cannot be made smaller, and gets hardly longer. */
 static void noise_is_stored(void **state) {
     (void)state;
@@ -252,6 +300,9 @@ int main(void) {
         cmocka_unit_test(the_smallest_and_the_largest_are_read),
         cmocka_unit_test(each_length_and_distance_is_read),
         cmocka_unit_test(samples_of_two_bytes_are_not_told_thrice),
+        cmocka_unit_test(each_run_of_zeros_is_read),
+        cmocka_unit_test(rare_bytes_among_zeros_are_read),
+        cmocka_unit_test(what_repeats_among_zeros_is_matched),
         cmocka_unit_test(noise_is_stored),
         cmocka_unit_test(codes_are_the_shortest),
         cmocka_unit_test(long_codes_are_cut),
