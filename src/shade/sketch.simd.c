@@ -161,6 +161,8 @@ SHD_INLINE seen meet(const shd_sketch_job *j, shd_vf x, shd_vf y, shd_sketch_for
     return out;
 }
 
+#include "shade/faces_simd.h"
+
 /* f (R.V)^ns in the lanes `lit`, 0 in the others. L is along `path`, r. */
 SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], shd_vf r,
                              const shd_vf mirror[3], shd_vf f, shd_mf lit) {
@@ -249,8 +251,10 @@ SHD_INLINE bool sketch_block(const shd_sketch_job *j, shd_sketch_form form, size
     const shd_sketch_group *group = j->group;
     const shd_mf none = shd_vf_gt(shd_vf_set(0), shd_vf_set(0));
     for (int i = 0; i < SHD_SKETCH_PIXELS; i += SHD_W) {
-        const seen at = meet(j, shd_vf_load(across + i) + shd_vf_set(x),
-                             shd_vf_load(down + i) + shd_vf_set(y), form);
+        const shd_vf right = shd_vf_load(across + i) + shd_vf_set(x),
+                     below = shd_vf_load(down + i) + shd_vf_set(y);
+        const seen at =
+            form == SHD_SKETCH_FACES ? meet_faces(j, i, right, below) : meet(j, right, below, form);
         shd_mf unknown = none;
         shd_vf rgb[3];
 #pragma GCC unroll 3
@@ -290,9 +294,10 @@ bool SHD_VARIANT(shd_sketch)(const shd_sketch_job *j, size_t stride, float *cons
     return sketch(j, j->form, lobes, stride, out, drawn);
 #else
 #define FORM(lobes)                                                                                \
-    (j->form == SHD_SKETCH_PLANE  ? sketch(j, SHD_SKETCH_PLANE, lobes, stride, out, drawn)         \
-     : j->form == SHD_SKETCH_BALL ? sketch(j, SHD_SKETCH_BALL, lobes, stride, out, drawn)          \
-                                  : sketch(j, SHD_SKETCH_ELLIPSOID, lobes, stride, out, drawn))
+    (j->form == SHD_SKETCH_PLANE   ? sketch(j, SHD_SKETCH_PLANE, lobes, stride, out, drawn)        \
+     : j->form == SHD_SKETCH_BALL  ? sketch(j, SHD_SKETCH_BALL, lobes, stride, out, drawn)         \
+     : j->form == SHD_SKETCH_FACES ? sketch(j, SHD_SKETCH_FACES, lobes, stride, out, drawn)        \
+                                   : sketch(j, SHD_SKETCH_ELLIPSOID, lobes, stride, out, drawn))
     return lobes == 0 ? FORM(0) : lobes == 1 ? FORM(1) : FORM(lobes);
 #endif
 }

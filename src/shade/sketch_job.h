@@ -37,8 +37,18 @@ static const double SHD_SKETCH_OFF = 1e-4;
 typedef enum shd_sketch_form {
     SHD_SKETCH_PLANE,
     SHD_SKETCH_BALL,
-    SHD_SKETCH_ELLIPSOID
+    SHD_SKETCH_ELLIPSOID,
+    SHD_SKETCH_FACES
 } shd_sketch_form;
+
+/* What is linear in the picture of a face: its normal's direction and its point's way from the
+ * block's, times a weight, and that. In each row, the value in the middle, and what it grows by to
+ * the right and down. */
+enum { SHD_SKETCH_WEIGHT = 6, SHD_SKETCH_ROWS };
+
+typedef struct shd_sketch_face {
+    float row[SHD_SKETCH_ROWS][3];
+} shd_sketch_face;
 
 typedef struct shd_sketch_job {
     const shd_sketch_group *group;
@@ -52,6 +62,10 @@ typedef struct shd_sketch_job {
      * the middle; N there, and the rays in the world, `along` times which is -N.w for b = -1. */
     float to_frame[3][3], to_normal[3][3], normal[3], seen[3], seen_x[3], seen_y[3], along;
     shd_sketch_view view;
+    /* Of faces, of which the rays are all that is set above: these, and which of them each pixel
+     * shows. */
+    const shd_sketch_face *faces;
+    const float *face_of;
 } shd_sketch_job;
 
 /* Blocks are drawn if f32 tells of all their pixels on which side of an edge they are. False: none
