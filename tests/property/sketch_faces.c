@@ -7,12 +7,13 @@
 #include "sight/faces.h"
 #include "unit/see.h"
 
-/* A ball of triangles around the origin, turned and stretched, that fills much of the picture. */
+/* A ball of triangles around the origin, turned and stretched, that fills much of the picture; or
+ * the eye is in it. */
 static char *scene(uint64_t seed, const char *tier) {
     uint64_t random = seed * 104729 + 5;
-    const bool ortho = below(&random, 3) == 0;
+    const bool inside = seed % 5 == 0, ortho = below(&random, 3) == 0 && !inside;
     const double size = pow(10, uniform(&random, -3, 3)),
-                 far = 1.5 + pow(10, uniform(&random, -1, 3)),
+                 far = inside ? 0.1 : 1.5 + pow(10, uniform(&random, -1, 3)),
                  part = pow(10, uniform(&random, -1.5, 0.1)); /* of the size that is seen */
     const shd_affine turn = random_rotation(&random),
                      stretch = scaling(size, size * uniform(&random, 0.3, 1),
@@ -27,7 +28,8 @@ static char *scene(uint64_t seed, const char *tier) {
     if (ortho)
         fprintf(w.out, "\"type\": \"orthographic\", \"height\": %.17g}", 2 * part * size);
     else
-        fprintf(w.out, "\"fov\": %.17g}", 2 * atan(part / (far - 0.99)) * 180 / SHD_PI);
+        fprintf(w.out, "\"fov\": %.17g}",
+                inside ? 50 : 2 * atan(part / (far - 0.99)) * 180 / SHD_PI);
     fputs(", \"ambient\": 0.1, \"lights\": [", w.out);
     for (int i = 0, count = 1 + below(&random, 4); i < count; i++) {
         fputs(i ? ", " : "", w.out);
