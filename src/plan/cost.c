@@ -293,14 +293,12 @@ static double samples_of(const shd_plan *plan, const shd_object *object) {
  * callgrind counts them (tests/bench/instructions.py). */
 static void sketch_costs(const shd_plan *plan, size_t index, double *rays_left,
                          double *light_left) {
-    static const double RAYS = 0.4, LIGHT = 0.8;
-    const shd_object *object = &plan->scene->objects[index];
+    static const double RAYS = 0.4, LIGHT = 0.8, MESH_RAYS = 0.6, MESH_LIGHT = 0.9;
+    const bool mesh = plan->scene->objects[index].shape == SHD_MESH;
     *rays_left = *light_left = 1;
-    if (!plan->sketched || (object->shape != SHD_SPHERE && object->shape != SHD_PLANE) ||
-        !shd_plan_sketches(plan, &plan->groups[plan->objects[index].group]))
-        return;
-    *rays_left = RAYS;
-    *light_left = LIGHT;
+    if (!plan->sketched) return;
+    *rays_left = mesh ? MESH_RAYS : RAYS;
+    *light_left = mesh ? MESH_LIGHT : LIGHT;
 }
 
 const shd_kernel_cost *shd_plan_kernel_costs(const shd_plan *plan) {

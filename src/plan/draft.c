@@ -56,6 +56,21 @@ static bool is_plump(const shd_object *object) {
            shd_norm(&to_world) * shd_norm(&from_world) < MOST;
 }
 
+/* Meshes whose triangles are so small that blocks see many are drawn as fast by the standard tier,
+ * which leaves something for later requests. */
+static bool is_coarse(const shd_raster *raster, const shd_mesh *mesh) {
+    enum { SMALL = 32 }; /* pixels of the whole picture for each triangle */
+    const double pixels = (double)raster->width * raster->height;
+    return SMALL * (double)mesh->triangle_count <= pixels;
+}
+
+static bool may_sketch_object(const shd_plan *plan, size_t index) {
+    const shd_object *object = &plan->scene->objects[index];
+    if (object->shape != SHD_MESH) return is_for_drafts(plan, index) && is_plump(object);
+    return object->interpolation == SHD_PHONG && !plan->materials[object->material].textures &&
+           is_coarse(&plan->scene->raster, object->mesh);
+}
+
 /* What is sketched leaves nothing for later requests, so that a picture in which other things are
  * seen, too, would be drawn anew as a whole wherever a color changes. */
 bool shd_plan_may_sketch(const shd_plan *plan) {
@@ -64,6 +79,6 @@ bool shd_plan_may_sketch(const shd_plan *plan) {
     for (size_t g = 0; g < plan->group_count; g++)
         if (!shd_plan_sketches(plan, &plan->groups[g])) return false;
     for (size_t o = 0; o < count; o++)
-        if (!is_for_drafts(plan, o) || !is_plump(&plan->scene->objects[o])) return false;
+        if (!may_sketch_object(plan, o)) return false;
     return count > 0;
 }

@@ -187,8 +187,9 @@ typedef struct shd_plan {
     /* What one sample at a pixel's center, which `draft` takes where a surface is smooth, may be
      * off the mean of all samples (bound/light/means.h). 0 and 0: all samples are taken. */
     shd_mean_room mean_room;
-    /* Whether `draft` draws blocks that see one ball, ellipsoid or plane in f32 from rays to colors
-     * (shade/sketch.h), where that is not of another way. */
+    /* Whether `draft` draws blocks that see one ball, ellipsoid or plane in f32 from rays to
+     * colors, and triangles of one mesh from where rays meet them on (shade/sketch.h), where that
+     * is not of another way. */
     bool sketched;
     shd_bound bound; /* of the picture's error, which counts all of these */
     bool whole;      /* as shd_plan_draft has it */
@@ -347,7 +348,7 @@ void shd_plan_print_bound(const shd_plan *plan, shd_metric metric, char out[SHD_
 
 /* Whether `draft`, if it is asked for or not, may take fewer samples, and whether it may sketch.
  * Neither: it renders as `standard`, because the document wants layers, or has no sphere or plane
- * whose light could be told to be smooth. */
+ * whose light could be told to be smooth, and no mesh of large triangles. */
 bool shd_plan_may_thin(const shd_plan *plan);
 bool shd_plan_may_sketch(const shd_plan *plan);
 

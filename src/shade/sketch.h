@@ -29,3 +29,10 @@ bool shd_sketch_rim(const shd_lighting *lighting, const shd_rim *rim, const shd_
  * Any thread. */
 bool shd_sketch_blocks(const shd_lighting *lighting, const shd_bend *bend,
                        const shd_block_rays *rays, size_t stride, float *const rgb[3], bool *drawn);
+
+struct shd_block_faces;
+
+/* The same of a block's flat faces (plan/faces.h). Colors of rays that meet nothing are of no use.
+ */
+bool shd_sketch_faces(const shd_lighting *lighting, const struct shd_block_faces *faces,
+                      size_t stride, float *const rgb[3]);

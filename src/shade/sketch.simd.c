@@ -193,6 +193,7 @@ SHD_INLINE seen meet_rim(const shd_sketch_job *j, shd_vf x, shd_vf y) {
     }
     return out;
 }
+#include "shade/faces_simd.h"
 
 /* f (R.V)^ns in the lanes `lit`, 0 in the others. L is along `path`, r. */
 SHD_INLINE shd_vf weigh_lobe(const shd_packed_lobe *lobe, const shd_vf path[3], shd_vf r,
@@ -285,7 +286,9 @@ SHD_INLINE bool sketch_block(const shd_sketch_job *j, shd_sketch_form form, size
         const bool rim = form == SHD_SKETCH_RIM;
         const shd_vf right = shd_vf_load(across + i) + shd_vf_set(x),
                      below = shd_vf_load(down + i) + shd_vf_set(y);
-        const seen at = rim ? meet_rim(j, right, below) : meet(j, right, below, form);
+        const seen at = rim                        ? meet_rim(j, right, below)
+                        : form == SHD_SKETCH_FACES ? meet_faces(j, i, right, below)
+                                                   : meet(j, right, below, form);
         shd_mf unknown = none;
         if (rim && shd_mf_any(at.unsure)) return false;
         shd_vf rgb[3];
@@ -330,10 +333,11 @@ bool SHD_VARIANT(shd_sketch)(const shd_sketch_job *j, size_t stride, float *cons
     return sketch(j, j->form, lobes, stride, out, drawn);
 #else
 #define FORM(lobes)                                                                                \
-    (j->form == SHD_SKETCH_PLANE  ? sketch(j, SHD_SKETCH_PLANE, lobes, stride, out, drawn)         \
-     : j->form == SHD_SKETCH_BALL ? sketch(j, SHD_SKETCH_BALL, lobes, stride, out, drawn)          \
-     : j->form == SHD_SKETCH_RIM  ? sketch(j, SHD_SKETCH_RIM, lobes, stride, out, drawn)           \
-                                  : sketch(j, SHD_SKETCH_ELLIPSOID, lobes, stride, out, drawn))
+    (j->form == SHD_SKETCH_PLANE   ? sketch(j, SHD_SKETCH_PLANE, lobes, stride, out, drawn)        \
+     : j->form == SHD_SKETCH_BALL  ? sketch(j, SHD_SKETCH_BALL, lobes, stride, out, drawn)         \
+     : j->form == SHD_SKETCH_RIM   ? sketch(j, SHD_SKETCH_RIM, lobes, stride, out, drawn)          \
+     : j->form == SHD_SKETCH_FACES ? sketch(j, SHD_SKETCH_FACES, lobes, stride, out, drawn)        \
+                                   : sketch(j, SHD_SKETCH_ELLIPSOID, lobes, stride, out, drawn))
     return lobes == 0 ? FORM(0) : lobes == 1 ? FORM(1) : FORM(lobes);
 #endif
 }

@@ -38,8 +38,18 @@ typedef enum shd_sketch_form {
     SHD_SKETCH_PLANE,
     SHD_SKETCH_BALL,
     SHD_SKETCH_ELLIPSOID,
-    SHD_SKETCH_RIM
+    SHD_SKETCH_RIM,
+    SHD_SKETCH_FACES
 } shd_sketch_form;
+
+/* What is linear in the picture of a face: its normal's direction and its point's way from the
+ * block's, times a weight, and that. In each row, the value in the middle, and what it grows by to
+ * the right and down. */
+enum { SHD_SKETCH_WEIGHT = 6, SHD_SKETCH_ROWS };
+
+typedef struct shd_sketch_face {
+    float row[SHD_SKETCH_ROWS][3];
+} shd_sketch_face;
 
 typedef struct shd_sketch_job {
     const shd_sketch_group *group;
@@ -56,6 +66,10 @@ typedef struct shd_sketch_job {
      * `sure`; and the color behind it. */
     float square[6], unsure, sure, beyond[3];
     shd_sketch_view view;
+    /* Of faces, of which the rays are all that is set above: these, and which of them each pixel
+     * shows. */
+    const shd_sketch_face *faces;
+    const float *face_of;
 } shd_sketch_job;
 
 /* Blocks are drawn if f32 tells of all their pixels on which side of an edge they are. False: none

@@ -80,6 +80,9 @@ void SHD_VARIANT(shd_place_torus)(double tube, const shd_work *work, shd_surface
  */
 bool SHD_VARIANT(shd_find_mesh)(const shd_lens *lens, const shd_item *it, const shd_batch *b,
                                 double limit, shd_mesh_hits *out);
+/* The names (tree.h) of the nearest triangles alone, [SHD_RAYS]; infinity: missed. */
+bool SHD_VARIANT(shd_name_triangles)(const shd_lens *lens, const shd_item *it, const shd_batch *b,
+                                     double *name);
 void SHD_VARIANT(shd_place_mesh)(const shd_item *it, double object, const shd_stage *hits,
                                  shd_surfaces *out);
 /* Where rays meet an item that is no mesh: t, and in `work` what its surface is made from. What is

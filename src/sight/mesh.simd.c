@@ -66,14 +66,18 @@ static inline double most_of_three(double a, double b, double c) {
 }
 
 /* The groups that may meet what lies in `there`: bit g is group g. */
-static inline unsigned groups_in(const bundle *k, area there) {
-    unsigned groups = 0;
-    for (int g = 0; g < GROUPS; g++) {
-        const bool out = (k->left[g] > there.right) | (k->right[g] < there.left) |
-                         (k->bottom[g] > there.top) | (k->top[g] < there.bottom);
-        groups |= (unsigned)!out << g;
+SHD_INLINE unsigned groups_in(const bundle *k, area there) {
+    const shd_vd left = shd_vd_set(there.left), right = shd_vd_set(there.right),
+                 bottom = shd_vd_set(there.bottom), top = shd_vd_set(there.top);
+    unsigned out = 0;
+    for (int g = 0; g < GROUPS; g += SHD_W / 2) {
+        const shd_md aside = shd_md_or(shd_vd_gt(shd_vd_load(k->left + g), right),
+                                       shd_vd_gt(left, shd_vd_load(k->right + g))),
+                     apart = shd_md_or(shd_vd_gt(shd_vd_load(k->bottom + g), top),
+                                       shd_vd_gt(bottom, shd_vd_load(k->top + g)));
+        out |= shd_md_bits(shd_md_or(aside, apart)) << g;
     }
-    return groups;
+    return ~out & ALL_GROUPS;
 }
 
 /* On which side of an edge rays pass: fixed + p across + q up. */
@@ -446,5 +450,14 @@ bool SHD_VARIANT(shd_find_mesh)(const shd_lens *lens, const shd_item *it, const 
     aim_bundle(lens, it, b, limit, &k);
     if (!walk_tree(&k, &it->view)) return false;
     tell_hits(&k, it->view.unit, out);
+    return true;
+}
+
+bool SHD_VARIANT(shd_name_triangles)(const shd_lens *lens, const shd_item *it, const shd_batch *b,
+                                     double *name) {
+    bundle k;
+    aim_bundle(lens, it, b, INFINITY, &k);
+    if (!walk_tree(&k, &it->view)) return false;
+    memcpy(name, k.name, sizeof k.name);
     return true;
 }

@@ -34,7 +34,7 @@ typedef struct bundle {
     double near[SHD_RAYS];                       /* only a depth > near counts */
     double depth[SHD_RAYS], name[SHD_RAYS];      /* of the nearest triangle; infinity: none */
     double second[SHD_RAYS], third[SHD_RAYS];    /* the weights of its corners */
-    double left[GROUPS], right[GROUPS], bottom[GROUPS], top[GROUPS];
+    SHD_ALIGNED double left[GROUPS], right[GROUPS], bottom[GROUPS], top[GROUPS];
     SHD_ALIGNED double middle[2][GROUPS], half[2][GROUPS]; /* the same: p, q */
     area all;
     bool rows; /* groups are rows, in each of which p grows by `step` from ray to ray */

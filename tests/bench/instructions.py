@@ -29,7 +29,8 @@ OTHERS = """
 ## Other scenes
 
 The same of what else such lights shine on, with one sample, in millions of instructions. A tier that costs as much as the one
-before it is drawn as that one: no mesh is sketched, nor any other shape than spheres, ellipsoids and planes.
+before it is drawn as that one: no shape is sketched but spheres, ellipsoids, planes and
+meshes without patterns.
 
 | scene | kernel | `draft` | `standard` | `exact` | `standard` / `draft` | `exact` / `standard` |
 | --- | --- | --- | --- | --- | --- | --- |

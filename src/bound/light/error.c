@@ -70,6 +70,7 @@ double shd_color_error(const shd_plan *plan, shd_tier tier) {
     if (plan->textured) roundings += 10 * (double)(plan->max_terms - plan->max_lobes);
     const int samples = scene->raster.samples;
     if (samples > 1) {
+        if (plan->sketched && scene->mesh_triangles) roundings += samples; /* f32 sums those */
         const double groups = (double)plan->group_count,
                      parts = groups < samples ? groups : samples;
         const bool even = (samples & (samples - 1)) == 0; /* shares are not rounded */

@@ -305,13 +305,15 @@ static void say_samples(json_t *words, const shd_plan *plan) {
 }
 
 static void say_sketches(json_t *words, const shd_plan *plan) {
-    if (plan->sketched)
-        say_line(
-            words,
-            "Sketches: where a sphere or a plane is before all else in 8 x 8 pixels, f32 draws "
-            "them from rays to colors, and past the rim of a sphere, but for other silhouettes, "
-            "near "
-            "lights and where highlights end.");
+    if (!plan->sketched) return;
+    say_line(words,
+             "Sketches: where a sphere or a plane is before all else in 8 x 8 pixels, f32 draws "
+             "them from rays to colors, and past the rim of a sphere, but for other silhouettes, "
+             "near lights and where highlights end.");
+    if (plan->scene->mesh_triangles)
+        say_line(words,
+                 "Where one mesh alone may be seen in them, f64 tells which of its triangles rays "
+                 "meet, and f32 draws these, but near lights and where highlights end.");
 }
 
 static void say_outputs(json_t *words, const shd_explained *e) {

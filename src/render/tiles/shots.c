@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "bound/light/means.h"
+#include "render/tiles/flat.h"
 #include "render/tiles/ruled.h"
 #include "shade/sketch.h"
 #include "sight/bend.h"
@@ -154,6 +155,7 @@ static look look_lightly(const shd_scenery *scenery, size_t block, shd_tile_scra
     const bool one = plan->scene->raster.samples == 1;
     shd_bend bend;
     shd_block_rays rays;
+    if (plan->sketched && shd_draw_flat(scenery, block, s)) return LOOK_DONE;
     if (one && shd_sight_has_small_balls(scenery->sight, &s->survey, block)) return LOOK_AT_ALL;
     if (!shd_sight_bend(scenery->sight, &s->survey, block, 1, &bend, &rays))
         return shd_sight_misses(scenery->sight, &s->survey, block) ||
