@@ -14,4 +14,5 @@ typedef struct shd_rim {
      * of these times 1, x, y, x^2, x y and y^2; and what they, times the most of these, sum up to.
      */
     double square[6], least, rest; /* |square[0]|, and of the others */
+    double off; /* more than f64 rounds that sum by, here or where rays are cast */
 } shd_rim;

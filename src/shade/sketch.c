@@ -34,11 +34,12 @@
  *
  * Rims. m is beside the ball, at right angles to w in the middle, where r <= RIM and the square of
  * N.w there is no more than RIM_SQUARE. That square is a polynomial of which the first term is
- * rounded three times and the others six times at most: it is off by e = u (4 |first| + 7
- * |others|), and tells on which side of the rim the ray is where it is larger. It is sketched where
- * it is (e / 64 u)^2 at least, so that its root is off by 34 u. b = m.(w - way) + o.w is off by 3
- * u, |w|^2 by 12 u, s, which is -(root + b) / |w|^2 and 1.2 / |w| at most, by 57 u / |w|, and m + o
- * + s w by 66 u; N.V by 45 u, and so W by 200 u. Lights are RADII away or more from all points.
+ * rounded three times and the others six times at most: it is off by e = u (4 |first| + 7 |others|)
+ * and what f64 is, which is not less than that under a lens from afar, and tells on which side of
+ * the rim the ray is where it is larger. It is sketched where it is (e / 64 u)^2 at least, so that
+ * its root is off by 34 u. b = m.(w - way) + o.w is off by 3 u, |w|^2 by 12 u, s, which is -(root +
+ * b) / |w|^2 and 1.2 / |w| at most, by 57 u / |w|, and m + o + s w by 66 u; N.V by 45 u, and so W
+ * by 200 u. Lights are RADII away or more from all points.
  *
  * tests/property/sketch.c sees an eighth of it: these are the most that roundings add up to where
  * all of them lie one way, at the most grazing rays that are sketched. */
@@ -245,7 +246,7 @@ bool shd_sketch_rim(const shd_lighting *lighting, const shd_rim *rim, const shd_
         !is_within(rays, rays->way_x, rays->way_y, WIDE) ||
         !is_within(rays, rays->at_x, rays->at_y, RIM))
         return false;
-    const double off = U * (4 * rim->least + 7 * rim->rest), root = off / (SURE * U);
+    const double off = U * (4 * rim->least + 7 * rim->rest) + rim->off, root = off / (SURE * U);
     j.turned2 = (float)(SHD_SKETCH_TURNED * SHD_SKETCH_TURNED);
     j.scale = (float)(rays->size * plan->scale);
     j.unsure = (float)(2 * off);

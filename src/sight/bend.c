@@ -368,6 +368,8 @@ bool shd_sight_rim(const shd_sight *sight, const shd_survey *survey, size_t bloc
     out->object = middle.object;
     out->point = shd_madd(sight->plan->objects[middle.object].center, foot, size);
     set_squares(rays, b.orthographic, foot, t, out);
+    /* A ray's place there is rounded as its way from the eye is. */
+    out->off = 0x1p-46 * (1 + beside) * (1 + away);
     /* The place where the ray is nearest to the center is off by |foot.w + o.w| / |w|. */
     const double reach = HALF * ROOT2,
                  beside_it = reach * sqrt(fmax(shd_dot(rays->at_x, rays->at_x),
