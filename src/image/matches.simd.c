@@ -244,7 +244,7 @@ static inline gaps find_gaps(const uint16_t *at) {
  * is hardly any, few distances repeat all the time. */
 static bool repeat_often(shd_matches *m) {
     enum { SEEN_BITS = 8, CHOSEN = 16, OFTEN = 4, FEW = 256 };
-    const uint16_t odd = 40503; /* Fibonacci hashing, as above */
+    const unsigned odd = 40503; /* Fibonacci hashing, as above */
     size_t asked = 0, found = 0;
     if (m->count < FEW) return false;
     memset(m->seen, 0, sizeof *m->seen << SEEN_BITS);
