@@ -297,7 +297,8 @@ size_t shd_deflate_block(shd_isa isa, void *room, const unsigned char *data, siz
     block *const b = room;
     stream s = {.at = out};
     const shd_match_kernel *const kernel = kernels[isa];
-    const bool sparse = kernel->find_sparse(&b->matches, data, size);
+    /* Without their matches, samples of two bytes make files up to a third longer. */
+    const bool sparse = !wide && kernel->find_sparse(&b->matches, data, size);
     if (!sparse) (wide ? kernel->find_wide : kernel->find)(&b->matches, data, before, size, pixel);
     count_literals(b);
     if (sparse) count_runs(b, size);

@@ -218,7 +218,7 @@ class StreamTest(Test):
     def test_who_does_not_read_holds_up_little(self):
         with Daemon("--threads", "2", "--response-cache", "0", "--reuse", "0") as daemon:
             reader = Reader(daemon, {"scene": LARGE, "variants": shades(60)})
-            wait_until(lambda: encoded(daemon) > 4)
+            wait_until(lambda: encoded(daemon) > 1)
             last, rested = -1, 0
             while rested < 10:  # until nothing more is made, however slowly pictures are
                 is_same = encoded(daemon) == last and not daemon.metrics()["shaded_workers_busy"]
