@@ -65,6 +65,44 @@ static void moments_are_sums_over_lights(void **state) {
     }
 }
 
+/* Parts are halves along the row of lights, which is listed such that whatever is in the middle of
+ * what a selection has left is the first of it. */
+static void lights_are_halved_in_any_order(void **state) {
+    (void)state;
+    enum { COUNT = 400 };
+    shd_arena *arena = shd_arena_new(1 << 20);
+    shd_plan_light lights[COUNT];
+    int order[COUNT];
+    for (int i = 0; i < COUNT; i++) order[i] = i;
+    for (int low = 0; low < COUNT; low++) {
+        const int middle = low + (COUNT - 1 - low) / 2, first = order[middle];
+        order[middle] = order[low];
+        order[low] = first;
+        lights[first] = (shd_plan_light){
+            .position = {low, 0, 9}, .color = {1, 1, 1}, .gain = 1, .attenuated = true, .c = 1};
+    }
+    const shd_plan plan = {.lights = lights, .light_count = COUNT, .scale = 1, .grey_lights = true};
+    const shd_bunches *bunches;
+    assert_true(shd_bunches_new(&plan, arena, &bunches));
+    assert_int_equal(bunches->roots, 1);
+    for (size_t i = 0; i < bunches->count; i++) {
+        const shd_bunch *bunch = &bunches->list[i];
+        if (!bunch->parts) continue;
+        const uint32_t middle = bunches->list[bunch->parts].end;
+        assert_int_equal(middle, bunch->first + (bunch->end - bunch->first) / 2);
+        double before = -1, behind = COUNT;
+        for (uint32_t k = bunch->first; k < bunch->end; k++) {
+            const double x = lights[bunches->lights[k]].position.x;
+            if (k < middle)
+                before = fmax(before, x);
+            else
+                behind = fmin(behind, x);
+        }
+        assert_true(before < behind);
+    }
+    shd_arena_drop(arena);
+}
+
 /* A bunch's polynomial is that of all of its lights, to within what is told for their middle. */
 static void bunches_are_their_lights_together(void **state) {
     (void)state;
@@ -198,6 +236,7 @@ static void bunches_are_looked_at_for_all_their_lights(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(moments_are_sums_over_lights),
+        cmocka_unit_test(lights_are_halved_in_any_order),
         cmocka_unit_test(bunches_are_their_lights_together),
         cmocka_unit_test(bunches_are_looked_at_for_all_their_lights),
     };
