@@ -147,7 +147,7 @@ def name_own(chart, found, budgets, drafts):
     if near:
         e = max(near, key=lambda e: e["seen"])
         chart.text(chart.x(e["seen"]) - 20, chart.y(e["codes"]["mean"]) - 16,
-                   f"{len(near)} budgets, beside standard", more=' style="fill: var(--budget)"')
+                   f"{len(near)} budgets, beside tiers", more=' style="fill: var(--budget)"')
     for e in budgets:
         if e not in near:
             chart.text(chart.x(e["seen"]) + 14, chart.y(e["codes"]["mean"]) + 4,
