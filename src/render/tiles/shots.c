@@ -177,13 +177,14 @@ typedef struct block_kinds {
     shd_block_rules rules[SHD_BLOCKS];
 } block_kinds;
 
-/* Draws blocks through which nothing is seen if all others are sketched, so that no pixel of the
- * tile is left. */
+/* Draws blocks of a whole tile through which nothing is seen if all others are sketched, so that no
+ * pixel of it is left. */
 static void fill_open_blocks(const shd_scenery *scenery, const block_kinds *kinds,
                              shd_tile_scratch *s) {
     const shd_scene *scene = scenery->plan->scene;
     const uint32_t all = (1 << SHD_BLOCKS) - 1;
     uint32_t open = 0;
+    if (s->survey.across * s->survey.down < SHD_BLOCKS) return;
     for (size_t block = 0; block < SHD_BLOCKS; block++)
         if (!s->survey.blocks[block].count || kinds->drawn[block]) open |= (uint32_t)1 << block;
     open &= ~s->sketched;
